@@ -63,12 +63,6 @@ FORMS: dict[str, Form] = {
 """What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
 greatest that is the name of a size is not reached."""
 
-SIZES = 1e-3, 1e8
-"""Range of the diagonal of a face, mm."""
-
-LARGEST_FILE = 2**31
-"""The most bytes that the arrays of a face may take."""
-
 
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
@@ -231,10 +225,11 @@ def _arrays(source: Path) -> dict[str, Any]:
     with opened(source) as file:
         with zipfile.ZipFile(file) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-        if size > LARGEST_FILE:
+        most = 2**31
+        if size > most:
             raise MeshError(
                 f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes "
-                f"{LARGEST_FILE / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
+                f"{most / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
             )
         file.seek(0)
         with np.load(file, allow_pickle=False) as stored:
@@ -276,7 +271,7 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
                 "facewrinkle fit MESH."
             ) from None
     unit, mesh = float(data["unit"]), _restored(data)
-    if not SIZES[0] < unit * mesh.length < SIZES[1]:
+    if not 1e-3 < unit * mesh.length < 1e8:  # the diagonal, mm
         raise MeshError(
             f"{file} is damaged: its face is {unit * mesh.length:g} mm large. Write it again: facewrinkle fit MESH."
         )

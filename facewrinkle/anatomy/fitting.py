@@ -56,17 +56,6 @@ if TYPE_CHECKING:  # the search is loaded when a face is searched for
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
 """Millimeters, by name."""
 
-ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
-"""Ranges of the distance between the pupils, mm: outside the first is an error, outside the second a warning. A wrong
-unit is off by a factor of ten or more.
-"""
-
-
-# --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
-
-ELSEWHERE = 0.5
-"""A given landmark may lie this far from where it was found."""
-
 # --- Found landmarks that are to be checked ------------------------------------------------------------------
 
 UNSURE = 0.5
@@ -317,11 +306,12 @@ def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | 
         return found
     names = list(given)
     shift = np.array([given[name] - found.landmarks[name] for name in names]) / found.pose.size
-    far = [f"{n} ({d:.2g})" for n, d in zip(names, np.linalg.norm(shift, axis=1), strict=True) if d > ELSEWHERE]
+    most = 0.5  # distances between the pupils
+    far = [f"{n} ({d:.2g})" for n, d in zip(names, np.linalg.norm(shift, axis=1), strict=True) if d > most]
     if far:
         raise LandmarkError(
             "landmarks elsewhere than on the face that was found, with their distance from there in distances between "
-            f"the pupils: {', '.join(far)}; at most {ELSEWHERE:g} is allowed. Are they swapped left for right, or in "
+            f"the pupils: {', '.join(far)}; at most {most:g} is allowed. Are they swapped left for right, or in "
             "another unit? If the face was not found, give all landmarks that are required."
         )
     return dataclasses.replace(
@@ -441,12 +431,12 @@ def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
     unit = millimeters(units)
     apart = f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart"
     usual = "an adult's are 50 to 76"
-    if not ALLOWED[0] <= pupil_distance * unit <= ALLOWED[1]:
+    low, high = 1.0, 10_000.0
+    if not low <= pupil_distance * unit <= high:
         raise ParameterError(
-            f"{apart}; {ALLOWED[0]:g} to {ALLOWED[1]:g} is allowed, and {usual}. Leave units out to take the size from "
-            "the face."
+            f"{apart}; {low:g} to {high:g} is allowed, and {usual}. Leave units out to take the size from the face."
         )
-    if not USUAL[0] <= pupil_distance * unit <= USUAL[1]:
+    if not 30.0 <= pupil_distance * unit <= 120.0:  # a wrong unit is off by a factor of ten or more
         warn(f"{apart}; {usual}. Leave units out to take the size from the face.")
     return unit
 

@@ -47,9 +47,6 @@ CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
 
-FIRST = 20
-"""So many parameters of random people are drawn before all others: parameters that come later change nobody's."""
-
 # --- The hairline around the scalp; mm on a face of average size ---
 
 HAIRLINE = np.array(
@@ -226,11 +223,12 @@ class Identity:
             return dict(zip(names, np.where(np.isin(names, EVEN), even, usual).tolist(), strict=True))
 
         names = [field.name for field in dataclasses.fields(cls)]
-        drawn = values_of(names[:FIRST])
+        first = 20  # are drawn before all others: parameters that come later change nobody's
+        drawn = values_of(names[:first])
         sex, child = spread * random.power(3.0, 2)  # few are in between
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
         drawn["child"] = float(child) if random.random() < 0.1 else 0.0
-        drawn |= values_of(names[FIRST:-1])
+        drawn |= values_of(names[first:-1])
         # Men's is cropped to any length, and most women's is long.
         drawn["hair_length"] = float(np.clip(0.6 * (drawn["hair_length"] - drawn["sex"]), -spread, spread))
         drawn["hair_combed"] = float(random.uniform(-spread, spread))

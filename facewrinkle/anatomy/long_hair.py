@@ -34,20 +34,6 @@ KNOTS, LOCK_HAIRS = 19, 3
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-PARTING = np.array([[4.0, 0.0, -2.0], [5.0, 0.0, -105.0]])
-"""Both ends of the parting: to the left of the middle, and forward from the hairline."""
-
-OVAL, ROUNDER, PARTED_ASIDE = 0.84, 0.045, (-20.0, 30.0)
-"""Width of an oval face relative to its height from chin to hairline, and how much wider a round one is. The rounder a
-face, the farther aside its hair is parted, up to these distances.
-"""
-
-WHORL = (0.27, 0.73)
-"""Shares of the way around the head at which its hairs begin to come from the rear end of the parting, and cease to."""
-
-FORWARD = 1.5
-"""Exponent that gathers hair near the front end of the parting, from where it spreads around the face."""
-
 BACKWARDS, SWEPT, RAISED = 0.35, 0.25, 0.16
 """How much further back than straight to the side the foremost hair is combed, what is added to that where it forms no
 fringe, and how much upwards hair is combed then that falls to the other side of the middle.
@@ -58,11 +44,6 @@ STEP, STEPS = 8.0, 42
 
 COMBED, WEIGHT = 65.0, 0.8
 """Length over which hair keeps to the way it was combed, and weight in units of that."""
-
-FAR = 20.0
-"""Distance from the middle of roots whose hair, if it falls to the other side, is combed twice as far back, and
-keeps to that for half as long again.
-"""
 
 LIFT, FULLER, GROWTH = 4.0, 10.0, 0.02
 """Height of the sheet over the head, what dense hair has beyond, and what is added along its length."""
@@ -76,9 +57,6 @@ ROUNDING, LEAST = 1.5, 4.5
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
 it; no hair is lower than the second.
 """
-
-CHEEK = 45.0
-"""Hair slides over the face as far forward of the zygion as this, and over all that is above the brows."""
 
 TURNING, TURNED_IN = 0.55, 15.0
 """Share of its length from which hair turns in, and how far its tips do."""
@@ -105,9 +83,6 @@ STRAND, LOOSE, ASTRAY = 0.15, 6.0, 0.8
 """Half the width of loose hairs, how far the farthest of them stand off, and relative to that the deviation of their
 tips aside.
 """
-
-OFF = 0.33
-"""How far the farthest locks stand off, relative to loose hairs."""
 
 SIDES_DARKER, DARKER = 0.3, 0.4
 """How much darker the sides of locks are, and the roots of hairs that fall and the sheet of them."""
@@ -209,7 +184,8 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
         hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], SMOOTH), TIGHT
         parts = _tied(random, head, hull, length, combed)
     else:
-        behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
+        # Hair slides over the face up to 45 mm forward of the zygion, and over all that is above the brows.
+        behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + 45.0)
         hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
         lines, ends = _fallen(random, head, hull, length, combed)
         parts = _bundle(random, hull, lines, ends, LOOSE, DARKER, LAYERS * length)
@@ -284,7 +260,8 @@ def _bundle(
     across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
     over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
     wide = random.uniform(*WIDEST, count)
-    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, OFF * loose)
+    # The farthest locks stand off a third as far as loose hairs.
+    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.33 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
@@ -314,11 +291,15 @@ def _fallen(
     dense = 0.5 + 0.5 * head.paint[0].density
     even, uneven = _even(random, (COLUMNS,), 12.0), _even(random, (COLUMNS,), 2.0)
     share = np.linspace(0.0, 1.0, COLUMNS)  # of the way around
-    along = np.interp(share, [0.0, *WHORL, 1.0], [0.0, 1.0, 1.0, 0.0]) ** FORWARD
+    whorl = 0.27, 0.73  # shares at which hairs begin to come from the rear end of the parting, and cease to
+    # Hair is gathered near the front end, from where it spreads around the face.
+    along = np.interp(share, [0.0, *whorl, 1.0], [0.0, 1.0, 1.0, 0.0]) ** 1.5
     roots = hull.reached(_parting(marks, along), np.array([0.0, 1.0, 0.0]))
-    aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
+    aside = np.interp(share, whorl, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
     comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
-    far, front = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / FAR, 1.0 - along
+    # Hair that falls to the other side from 20 mm off the middle is combed twice as far back, and keeps to that for
+    # half as long again.
+    far, front = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / 20.0, 1.0 - along
     comb[:, 1] += RAISED * (1.0 + combed) * far * front
     comb[:, 2] -= (BACKWARDS * (1.0 + far) + SWEPT + combed) * front
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
@@ -340,9 +321,12 @@ def _fallen(
 
 def _parting(marks: Mapping[str, Array], along: Array) -> Array:
     """Return the places (k, 3), at no height, at shares (k,) of the parting: where it suits the shape of the face."""
+    # Both ends are to the left of the middle, and behind the hairline.
+    front, back = np.array([[4.0, 0.0, -2.0], [5.0, 0.0, -105.0]]) + np.array([0.0, 0.0, marks["trichion"][2]])
+    # The rounder a face, the farther aside: an oval face is 0.84 as wide as it is high from chin to hairline, a round
+    # one 0.045 wider.
     ratio = (marks["zygion_l"] - marks["zygion_r"])[0] / (marks["trichion"] - marks["menton"])[1]
-    front, back = PARTING + np.array([0.0, 0.0, marks["trichion"][2]])
-    front[0] = np.clip(front[0] + (ratio - OVAL) / ROUNDER * PARTED_ASIDE[1], *PARTED_ASIDE)
+    front[0] = np.clip(front[0] + (ratio - 0.84) / 0.045 * 30.0, -20.0, 30.0)
     return np.asarray(front + along[:, None] * (back - front))
 
 

@@ -27,10 +27,6 @@ TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg":
 """Kinds of files of a page, by their endings."""
 
 
-TEXELS = 512
-"""Width of the picture that a page draws from the key lamp: texels on the built-in head are narrower than `STEP`."""
-
-
 def web_files(folder: Traversable) -> dict[str, tuple[str, bytes]]:
     """Return the files of a page with their types, by name: those of a folder, and those that draw a face.
 
@@ -69,7 +65,7 @@ def _materials() -> str:
             "least": LEAST,
             "in_shade": IN_SHADE,
             "wet": WET,
-            "texels": TEXELS,
+            "texels": 512,  # of the picture from the key lamp: narrower than STEP on the built-in head
         },
         "FIBERS": {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH},
         "SMOOTH": {"bend": BEND, "rounds": ROUNDS, "largest": LARGEST},
