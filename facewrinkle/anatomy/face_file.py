@@ -63,6 +63,9 @@ FORMS: dict[str, Form] = {
 """What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
 greatest that is the name of a size is not reached."""
 
+LARGEST_FILE = 2**31
+"""The most bytes that the arrays of a face may take."""
+
 
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
@@ -225,11 +228,10 @@ def _arrays(source: Path) -> dict[str, Any]:
     with opened(source) as file:
         with zipfile.ZipFile(file) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-        most = 2**31
-        if size > most:
+        if size > LARGEST_FILE:
             raise MeshError(
                 f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes "
-                f"{most / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
+                f"{LARGEST_FILE / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
             )
         file.seek(0)
         with np.load(file, allow_pickle=False) as stored:
