@@ -21,12 +21,6 @@ SEED = 3
 HAIRS, KNOTS = 80000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
-SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
-"""Least and greatest length of cropped hair where it is dense, and what women and children may have beyond."""
-
-TOP, SIDES = 42.0, (0.25, 0.75)
-"""What combed hair has beyond on top of the head; upward parts of the normals at the ends of its sides and its top."""
-
 
 def cropped_hair(
     head: Head, length: float, sex: float = 0.0, combed: float = 0.0, border: float = np.inf
@@ -71,8 +65,10 @@ def cropped_hair(
         return None
     triangle, weights, roots, up, cover = (part[grown] for part in (triangle, weights, roots, up, cover))
     styled = 1.0 - (1.0 - abs(combed)) ** 2
-    top = smoothstep((up[:, 1] - SIDES[0]) / (SIDES[1] - SIDES[0]))
-    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) + TOP * styled * top - SHORTEST) * (1.0 + length)
+    top = smoothstep((up[:, 1] - 0.25) / 0.5)  # by the upward parts of the normals
+    # Where it is dense; women and children may have 22 mm beyond, and combed hair 42 mm on top of the head.
+    least, most = 7.0, 16.0 + 22.0 * max(-sex, 0.0) + 42.0 * styled * top
+    longest = least + (most - least) * (1.0 + length)
     # Hair is combed back, or to both sides of a parting 22 mm to the left of the middle, 16 mm wide.
     way = np.array([0.0, 0.3, -1.0])
     if combed < 0.0:

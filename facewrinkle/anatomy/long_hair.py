@@ -58,9 +58,6 @@ ROUNDING, LEAST = 1.5, 4.5
 it; no hair is lower than the second.
 """
 
-TURNING, TURNED_IN = 0.55, 15.0
-"""Share of its length from which hair turns in, and how far its tips do."""
-
 UNEVEN, HEM, SHORTEST = 4.0, -40.0, 0.42
 """Deviation of the height of the hem at length 1, its height over the chin there, and the share of the way from the
 brows to there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
@@ -75,9 +72,6 @@ WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.12, 0.2, 0.08, 0.7
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
 single hairs from that; and the share of the width that tips lack.
 """
-
-CLEAR, FRAYED = 1.2, 0.015
-"""Height of locks over the sheet, and deviation of the lengths of their hairs, as a share."""
 
 STRAND, LOOSE, ASTRAY = 0.15, 6.0, 0.8
 """Half the width of loose hairs, how far the farthest of them stand off, and relative to that the deviation of their
@@ -309,13 +303,14 @@ def _fallen(
     lift = (LIFT + FULLER * dense**2) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
     grown = STEP * np.arange(STEPS + 1)
-    turn = np.maximum(np.minimum(grown / (STEP * ends[:, None]), 1.0) - TURNING, 0.0) / (1.0 - TURNING)
+    turning, turned_in = 0.55, 15.0  # share of its length from which hair turns in, and how far its tips do
+    turn = np.maximum(np.minimum(grown / (STEP * ends[:, None]), 1.0) - turning, 0.0) / (1.0 - turning)
     up = hull(lines)[1]
     aside = unit(np.cross(np.gradient(lines, axis=1), up))
     phase = 2.0 * np.pi * grown / WAVE + SHIFT * _even(random, (COLUMNS,), 25.0)[:, None]
     swing = WAVY * dense**2 * np.minimum(0.5 * grown / WAVE, 1.0)
     lines += (swing * np.sin(phase))[..., None] * aside
-    lines += (0.6 * swing * np.cos(phase) - TURNED_IN * turn**2)[..., None] * up
+    lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
     return lines, ends
 
 
@@ -370,14 +365,15 @@ def _locks(
     points = _between(lines, ends[:, None] * (begin + (end - begin) * t**ROOTS_DENSER))
     up = hull(points)[1]
     aside = unit(np.cross(np.gradient(points, axis=1), up))
-    off = CLEAR + loose * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(t)
+    # Locks are 1.2 mm over the sheet, or more.
+    off = 1.2 + loose * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(t)
     stray = random.normal(0.0, ASTRAY * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
     points += off[..., None] * up + stray[..., None] * aside
     half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - POINTED * t**3)
     half, u = half[:, None, :, None], np.linspace(1.0, -1.0, hairs)[:, None, None]
     height = ROUND * (1.0 - u**2) - TUCKED * u**4 + ROUGH * random.normal(size=(len(lines), hairs, 1, 1))
     roof = (points[:, None] + half * (u * aside[:, None] + height * up[:, None])).reshape(-1, KNOTS, 3)
-    frayed = (KNOTS - 1.0) * (1.0 - np.abs(random.normal(0.0, FRAYED, (len(roof), 1))))
+    frayed = (KNOTS - 1.0) * (1.0 - np.abs(random.normal(0.0, 0.015, (len(roof), 1))))  # the lengths of hairs differ
     return _between(roof, frayed * t).reshape(len(lines), hairs, KNOTS, 3)
 
 

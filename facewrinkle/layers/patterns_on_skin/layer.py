@@ -25,9 +25,6 @@ from .wrinkles import Pattern
 TimeFunction = Callable[[float], float]
 """A function of the time in seconds."""
 
-LONGEST_EDGE = 0.35
-"""A mesh carries a pattern if its edges are at most this share of half a wavelength."""
-
 
 @dataclass(frozen=True, eq=False)
 class Places(Entries):
@@ -300,9 +297,10 @@ class PatternLayer(Layer):
         centroids = points[corners].mean(axis=1)
         host = np.zeros(len(corners), np.int32)
         twin.follow(Change(slice(None), len(corners)), SurfacePoints(centroids, centroids, corners, middle, host))
+        longest = 0.35  # edges of a mesh that carries a pattern, as a share of half a wavelength
         if len(twin._where) == 0:
             edge = np.linalg.norm(points[twin._laid.corners[0]] - points[twin._laid.corners[1]])
-            return int(np.clip(np.ceil(np.log2(edge / (LONGEST_EDGE * twin._laid.half.min()))), 1, 12))
+            return int(np.clip(np.ceil(np.log2(edge / (longest * twin._laid.half.min()))), 1, 12))
         if not twin._places.weight.any():
             raise ParameterError(
                 f"the pattern {self.name} lies on no vertex of the mesh: its region and valid_share leave none of the "
@@ -316,7 +314,7 @@ class PatternLayer(Layer):
                 f"the wave vectors of the pattern {self.name} are 0 everywhere: it has no wavelength that a mesh could "
                 "carry. wave_vector() must return the gradient of the phase, in radians per unit of x and y."
             )
-        ratio = np.quantile(edges[strong] / (LONGEST_EDGE * half[strong]), 0.75)
+        ratio = np.quantile(edges[strong] / (longest * half[strong]), 0.75)
         return int(np.clip(np.ceil(np.log2(max(ratio, 1e-9))), 0, 12))
 
     def check_level(self, needed: int, level: int) -> None:
