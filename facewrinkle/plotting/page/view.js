@@ -496,7 +496,8 @@ export class View extends Picking {
         this.box[k % 3] + step * root[3 * Math.floor(k / (3 * knots)) + (k % 3)] + scale * v));
       part.moved = away;
     }
-    this.drawRibbons(part.ribbons, part.kind === "bound" ? 0.022 : 0.003);
+    // Pictures, whose pixels are finer, show as much skin between hairs.
+    this.drawRibbons(part.ribbons, part.kind === "bound" ? 0.022 : 0.003, 0.9);
   }
 
   /** Draw lines, or some of them, so much nearer to the camera, in distances between the pupils. */
