@@ -97,11 +97,13 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     scale, cover = face.frame.scale, hair_cover(face.points, face.landmarks, face.frame)
     bare -= 0.8 * smoothstep(cover / 8.0)  # skin is dull under cropped hair, whatever the colors of both
     lip = lips(face.points, face.landmarks, face.frame)
+    under = np.zeros(len(near))
     if "cropped_hair" in face.bound_hair:
-        near -= 0.4 * smoothstep(1.0 + cover / 12.0)  # up to 12 mm beside it, on a face of average size
+        under = 0.4 * smoothstep(1.0 + cover / 12.0)  # up to 12 mm beside it, on a face of average size
     if "hair" in face.parts:
         away = cKDTree(face.parts["hair"].mesh.points).query(face.points)[0] / scale
-        near -= 0.5 * smoothstep((16.0 - away) / 12.0)
+        under = np.maximum(under, 0.5 * smoothstep((16.0 - away) / 12.0))  # short hairs before tied ones shade no more
+    near -= under
     if "beard" in face.bound_hair:
         near -= 0.25 * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
     bare += (WET - 1.0) * lip
