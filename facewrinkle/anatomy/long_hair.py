@@ -68,7 +68,7 @@ LAYERS, UNDER = 0.3, 27.0
 ones the sheet is: short hair is cut straight, long hair in layers.
 """
 
-WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.12, 0.2, 0.08, 0.7
+WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.08, 0.15, 0.08, 0.7
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
 single hairs from that; and the share of the width that tips lack.
 """
@@ -78,7 +78,7 @@ STRAND, LOOSE, ASTRAY = 0.15, 6.0, 0.8
 tips aside.
 """
 
-SIDES_DARKER, DARKER = 0.3, 0.4
+SIDES_DARKER, DARKER = 0.12, 0.4
 """How much darker the sides of locks are, and the roots of hairs that fall and the sheet of them."""
 
 # --- Hair that is tied back ---
@@ -385,7 +385,7 @@ def _strands(numbers: npt.ArrayLike) -> Array:
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:
     """Return factors (locks, hairs, KNOTS) of the color: hairs differ, and are fair at the tips."""
     t = np.linspace(0.0, 1.0, KNOTS)
-    streaks = random.uniform(-0.36, 0.36, (locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
+    streaks = random.uniform(-0.16, 0.16, (locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
     return np.asarray(np.exp(streaks) * (1.0 + 0.2 * t**2))
 
 

@@ -175,15 +175,17 @@ HAIR_OF_LIGHT = """
 """
 
 STRANDED = """
-  float whole = floor(strand.x), streaked = clamp(1.5 - fwidth(strand.x), 0.0, 1.0);
-  vec2 drawn = fract(vec2(whole, whole + 1.0) * 0.1031);
+  float level = max(log2(1.5 * fwidth(strand.x)), 0.0), wide = exp2(floor(level));
+  vec4 among = vec4(1.0, 1.0, 0.5, 0.5) * strand.x / wide;
+  vec4 drawn = fract((floor(among) + vec4(0.0, 1.0, 0.0, 1.0)) * 0.1031);
   drawn *= drawn + 33.33;
   drawn = fract(2.0 * drawn * drawn);
-  float streak = mix(drawn.x, drawn.y, strand.x - whole), end = 0.07 * drawn.x * drawn.x * drawn.x;
-  fragOutput0.rgb *= 1.0 + streaked * (0.9 * streak - 0.45);
+  vec2 streaks = mix(drawn.xz, drawn.yw, fract(among.xz));
+  float streak = mix(streaks.x, streaks.y, fract(level)), end = 0.07 * drawn.x * drawn.x * drawn.x;
+  fragOutput0.rgb *= 0.5 + streak;
   if (strand.y < end || strand.y > 1.0 - end) fragOutput0.a = 0.0;
 """
-"""Strands of a lock differ in brightness, as far as pixels show them, and begin and end unevenly."""
+"""Strands of a lock differ in brightness, and begin and end unevenly: 2, 4, 8 as one where pixels do not show each."""
 
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
