@@ -36,7 +36,7 @@ def shown(face: fw.Face, expression: str | None, style: Style) -> Image:
 def main() -> None:
     """Draw all of them."""
     face = fw.default_face(GROWN)
-    images = [shown(face, expression, PORTRAIT) for expression in (None, "smile", "paper_surprise")]
+    images = [shown(face, expression, PORTRAIT) for expression in (None, "happiness", "paper_surprise")]
     print(save_picture(side_by_side(images), IMAGES / "smile.jpg"))
     rows = []
     for row in range(4):
