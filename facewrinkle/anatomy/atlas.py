@@ -58,9 +58,6 @@ KEYS = {
 }
 """Keys of a muscle's entry, by its kind, besides those that all muscles have."""
 
-TISSUE = {"depth": 0.0, "stiffness": 0.0, "across": 1.0, "bulge": 0.45}
-"""Keys of a sample of tissue, and what is usual; 0 where they must be given."""
-
 MOST = 1e3
 """The largest number in an atlas."""
 
@@ -264,13 +261,14 @@ class Atlas:
         """Positions (k, 3) of the tissue samples on both sides, and what holds there (k, 4): depth, mm, stiffness along
         and across the skin, relative to the forehead's, and bulge.
         """
+        usually = {"depth": 0.0, "stiffness": 0.0, "across": 1.0, "bulge": 0.45}  # 0 where it must be given
         try:
             rows = [
                 (
                     _point(t["at"], s, landmarks, frame),
                     [
                         check_range(f"{name} of tissue", t.get(name, usual) if usual else t[name], 0.0, MOST)
-                        for name, usual in TISSUE.items()
+                        for name, usual in usually.items()
                     ],
                 )
                 for t in self.tissue

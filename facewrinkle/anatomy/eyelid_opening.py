@@ -31,11 +31,10 @@ MERIDIANS = np.linspace(0.04, 0.96, 24)
 
 # --- Lids are open at a meridian --------------------------------------------------------------------------
 
-HIGHEST = 0.45
-"""Margins lie at most this far above and below the canthi (-0.17 to 0.25)."""
-
-HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
-"""The heights at which a meridian is searched for skin."""
+HEIGHTS = np.linspace(-0.45, 0.45, 81)
+"""The heights at which a meridian is searched for skin: margins lie at most so far above and below the canthi (-0.17 to
+0.25).
+"""
 
 # --- The mesh ends at the margins, or goes on behind them: then the lids have a thickness -------------------
 
@@ -266,7 +265,7 @@ def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntA
 
 def _near(local: Array, triangles: IntArray) -> IntArray:
     """The triangles around an eye, near the middle between the canthi."""
-    inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGHEST, 2.0]).all(axis=1))
+    inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HEIGHTS[-1], 2.0]).all(axis=1))
     return triangles[inside[triangles[:, 0]] & inside[triangles[:, 1]] & inside[triangles[:, 2]]]
 
 

@@ -22,21 +22,8 @@ from .landmarks import FaceFrame, mouth_middle
 
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-# --- The file says what a piece is --------------------------------------------------------------------------
-
-WORDS = {
-    "lashes": r"(?<![fp])lash",  # no flash, no splash
-    "fuzz": r"brow(?!n)",
-    "glasses": r"glasses|spectacles|goggles",
-    "tongue": r"tongue",
-    "teeth": r"teeth|tooth|gums?(?![a-z])",
-    "hair": r"(?<!c)hair",
-    "eye": r"eye(?![ _-]*(lid|lash|brow|line|glasses|socket|shell|edge|occlusion))|cornea|sclera|pupil",
-}
-"""Regular expressions for what files call each kind of piece, in small letters."""
-
-# Other pieces are named by their places and sizes. Lengths are in distances between the pupils. Numbers in brackets are
-# those of the built-in head, whose eyes have a radius of 0.19.
+# The file says what a piece is, or its place and size do. Lengths are in distances between the pupils. Numbers in
+# brackets are those of the built-in head, whose eyes have a radius of 0.19.
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,15 +152,24 @@ def named_parts(
 
 
 def kind_said(name: str) -> str:
-    """Return which of the kinds in :data:`WORDS` a name in a file says, "" for none; of names with "/" between them,
-    the first that says a single one decides.
+    """Return which kind of piece a name in a file says, "" for none; of names with "/" between them, the first that
+    says a single one decides.
 
     Examples
     --------
     >>> kind_said("mesh_3/LeftEyelashes"), kind_said("Eye_L/brown hair"), kind_said("Head with eyes and teeth")
     ('lashes', 'eye', '')
     """
-    said = ([kind for kind, words in WORDS.items() if re.search(words, one)] for one in name.lower().split("/"))
+    called = {  # in small letters
+        "lashes": r"(?<![fp])lash",  # no flash, no splash
+        "fuzz": r"brow(?!n)",
+        "glasses": r"glasses|spectacles|goggles",
+        "tongue": r"tongue",
+        "teeth": r"teeth|tooth|gums?(?![a-z])",
+        "hair": r"(?<!c)hair",
+        "eye": r"eye(?![ _-]*(lid|lash|brow|line|glasses|socket|shell|edge|occlusion))|cornea|sclera|pupil",
+    }
+    said = ([kind for kind, words in called.items() if re.search(words, one)] for one in name.lower().split("/"))
     return next((kinds[0] for kinds in said if len(kinds) == 1), "")
 
 

@@ -21,14 +21,6 @@ CROWN_HEIGHTS = {"upper": (10.5, 9.0, 10.0, 8.5, 8.5, 7.5, 7.0), "lower": (9.0, 
 CROWN_THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
 """Thickness of the crowns from lip to tongue at the gum, mm."""
 
-EDGE_THICKNESS = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
-"""Thickness of the crowns at the edge, relative to that at the gum."""
-
-CUSPS, CUSP_HEIGHT = (0, 0, 1, 2, 2, 4, 4), 1.1
-"""Number of cusps of the crowns, and their height over the grooves between them, mm, twice that of canines; incisors
-have an edge.
-"""
-
 SHORT = {"upper": (0.0, 0.7, 0.0, 0.3, 0.3, 0.0, 0.0), "lower": (0.0,) * 7}
 """How far the crowns end before the edge of the first incisor, mm."""
 
@@ -57,9 +49,6 @@ END_RADIUS = 5.0
 
 BEHIND_TEETH = 3.0
 """Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
-
-ENAMEL, CROWN_NECK = np.array([240.0, 232.0, 218.0]), np.array([222.0, 206.0, 182.0])
-"""Colors of a crown at its edge and at the gum."""
 
 GUM = np.array([172.0, 92.0, 88.0])
 """Color of the gum."""
@@ -194,19 +183,23 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
     sign = 1.0 if jaw == "upper" else -1.0
     parts = [_gum(jaw)]
     crowns = ring_triangles(CROWN_SIDES, CROWN_RINGS, first=CROWN_SIDES * CROWN_RINGS)
+    enamel, neck = np.array([240.0, 232.0, 218.0]), np.array([222.0, 206.0, 182.0])  # at the edge and at the gum
+    edges = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)  # thickness there, relative to that at the gum
+    numbers = (0, 0, 1, 2, 2, 4, 4)  # of cusps; incisors have an edge
+    tables = CROWN_WIDTHS[jaw], CROWN_HEIGHTS[jaw], SHORT[jaw], CROWN_THICKNESS, edges, numbers
     place = 0.0
-    for k, width in enumerate(CROWN_WIDTHS[jaw]):
+    for width, height, short, thickness, edge, cusps in zip(*tables, strict=True):
         centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
         place += width
-        crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k], CUSPS[k])
+        crown = _crown(width, height, thickness, edge, cusps)
         along = np.array([outward[2], 0.0, -outward[0]])
         on_border = centre + crown[:, :1] * along
-        rise = crown[:, 1:2] + SHORT[jaw][k] - sign * OCCLUSAL_PLANE * on_border[:, 2:]
+        rise = crown[:, 1:2] + short - sign * OCCLUSAL_PLANE * on_border[:, 2:]
         left = on_border + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
-        share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
+        share = np.clip(crown[:, 1:2] / height, 0.0, 1.0)
         beside = (2.0 * crown[:, :1] / width) ** 4
         # Crowns take 40 % of the light from each other's sides.
-        paint = (ENAMEL + (CROWN_NECK - ENAMEL) * share**2) * (1.0 - 0.4 * beside)
+        paint = (enamel + (neck - enamel) * share**2) * (1.0 - 0.4 * beside)
         parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
@@ -238,10 +231,11 @@ def _crown(width: float, height: float, thickness: float, edge: float, cusps: in
     rise = 1.15 * height * level + (0.4 + 0.15 * across) * np.exp(-level / 0.15) * across**2  # more so on the far side
     first = 0.25 * np.pi if cusps == 4 else 0.0  # of four, two are on each side
     steep = 2.0 if cusps == 1 else 1.0
-    rise += steep * CUSP_HEIGHT * np.exp(-level / (0.1 * steep)) * np.sin(0.5 * cusps * (turn - first)) ** 2
+    above_grooves = 1.1  # height of cusps, mm, half that of canines
+    rise += steep * above_grooves * np.exp(-level / (0.1 * steep)) * np.sin(0.5 * cusps * (turn - first)) ** 2
     # The outer face stays upright; the inner one leans to the edge.
     rings = np.stack([half * across, rise, deep * (out - 1.0) + bulge], axis=-1)
-    pit = [0.0, CUSP_HEIGHT if cusps > 1 else 0.0, 0.0]
+    pit = [0.0, above_grooves if cusps > 1 else 0.0, 0.0]
     return np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0) + pit])
 
 

@@ -49,8 +49,8 @@ RINGS, ABOVE, BELOW = 44, 28, 12
 ALONG = 1.0 - (1.0 - np.linspace(0.0, 1.0, RINGS)[:, None]) ** 1.5
 TURN = np.pi * np.concatenate([np.arange(ABOVE) / ABOVE, 1.0 + np.arange(BELOW) / BELOW])
 UPPER = np.maximum(np.sin(TURN), 0.0)
-TIP = np.clip((ALONG - 0.7) / (1.0 - 0.7), 0.0, 1.0)  # the share of the length that is rounded
-CAP, BLUNT = np.sqrt(1.0 - TIP**3), np.sqrt(1.0 - TIP**5)
+# The tip, from 0.7 of the length on, is rounded.
+CAP, BLUNT = (np.sqrt(1.0 - np.clip((ALONG - 0.7) / (1.0 - 0.7), 0.0, 1.0) ** power) for power in (3, 5))
 GRAIN = CAP * np.random.default_rng(0).normal(size=(RINGS, ABOVE + BELOW)) * UPPER
 
 

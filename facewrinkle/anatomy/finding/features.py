@@ -22,7 +22,6 @@ from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template
 
 MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
-PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 
 # --- the mouth: concavity is the second derivative of depth, times the size of the furrow or bulge: it has no unit ----
 
@@ -163,9 +162,10 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     from_below = np.radians(45.0)
     cos, sin = np.cos(from_below), np.sin(from_below)
     tilt = np.array([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]])
+    grid = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
     x, y, _ = tilt @ expected
-    low = (x + PROFILE.low[0], PROFILE.low[1])
-    depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, PROFILE.step, PROFILE.shape)
+    low = (x + grid.low[0], grid.low[1])
+    depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, grid.step, grid.shape)
     # Depths beside each other that differ by more are of two surfaces: the nearer has a rim or a hole there, and what
     # is seen behind it is no chin.
     same = 0.15
@@ -175,21 +175,21 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     middle = np.where(seen, depth, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
     known[1:] &= np.abs(np.diff(middle)) < same
     near_menton = 0.3  # up to which the bend is looked for from the expected place, along the profile
-    start = int(np.argmin(np.abs(PROFILE.y - y - near_menton)))
+    start = int(np.argmin(np.abs(grid.y - y - near_menton)))
     gaps = np.flatnonzero(~known)
     first = int(gaps[gaps < start].max(initial=-1)) + 1
     last = int(gaps[gaps > start].min(initial=len(known)))
     if not known[start] or last - first < 3:
         return expected, None
-    up, profile = PROFILE.y[first:last], middle[first:last]
+    up, profile = grid.y[first:last], middle[first:last]
 
     def place(row: float) -> Array:
         rows = np.arange(len(up))
         return np.asarray(tilt.T @ [x, np.interp(row, rows, up), np.interp(row, rows, profile)])
 
-    slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), 0.1 / PROFILE.step, mode="nearest")  # of large bends
-    bend = -np.gradient(slope, PROFILE.step) / (1.0 + slope**2) ** 1.5
-    along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
+    slope = gaussian_filter1d(np.gradient(profile, grid.step), 0.1 / grid.step, mode="nearest")  # of large bends
+    bend = -np.gradient(slope, grid.step) / (1.0 + slope**2) ** 1.5
+    along = np.append(0.0, np.cumsum(np.hypot(grid.step, np.diff(profile))))
     near = np.flatnonzero(np.abs(up - y) < near_menton)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
     # The bend has a curvature of 2.4 to 5.0 on thirty-one labeled faces. The skin goes on beyond it: at the rim of a

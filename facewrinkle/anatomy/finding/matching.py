@@ -319,18 +319,6 @@ def _moved(pose: Pose, change: Array) -> Pose:
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
 
-# Is it a face? The confidence is a product of shares, each 0 at the first and 1 at the second number of a pair.
-# Measured by `python -m tools.trials finding likeness` on faces and other things, each warped to be most like the
-# template.
-CORRELATION = (0.5, 1.0)
-"""Mean correlation of curvature: spheres and other things have 0.57 to 0.92, faces 0.82 and more."""
-NOSE_CORRELATION, NOSE_RADIUS = (0.80, 0.94), 0.25
-"""The same about the tip of the nose: other things have 0.93 and less, faces more."""
-SHOWN = (0.0, 0.35)
-"""Share that is seen of the quarter of the face that shows least: half a face is refused, a torn or a narrow one is
-not.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class Match:
@@ -374,8 +362,12 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
     alike = _correlation(np.array([resampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
     sigma = AROUND / FINE.step
     seen = np.clip(gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3), 0.0, 1.0)
-    likeness = share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
-    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant)
+    # Is it a face? The confidence is a product of shares, each 0 at the first and 1 at the second number of a pair.
+    # Measured by `python -m tools.trials finding likeness` on faces and other things, each warped to be most like the
+    # template: spheres and other things have a mean correlation of curvature of 0.57 to 0.92, faces 0.82 and more.
+    likeness = share(_mean(alike, weight), (0.5, 1.0)) - DEPTH_PENALTY * depth_difference(surface, base)
+    # By what the quarter of the face shows that shows least, half a face is refused, and no torn or narrow one.
+    likeness *= share(coverage(surface, base), (0.0, 0.35)) * _nose(alike, weight, variant)
     confidence = float(np.clip(likeness, 0.0, 1.0))
     return Match(pose, surface, warp, alike * seen, confidence, template(variant).mouth_open)
 
@@ -401,8 +393,8 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
     """Likeness (0 to 1) of the supposed nose and its surroundings to a nose."""
     tip = template(variant).landmarks["nose_tip"]
     x, y = np.meshgrid(FINE.x - tip[0], FINE.y - tip[1])
-    near = weight * np.exp(-(x * x + y * y) / NOSE_RADIUS**2)
-    return share(_mean(alike, near), NOSE_CORRELATION)
+    near = weight * np.exp(-(x * x + y * y) / 0.25**2)
+    return share(_mean(alike, near), (0.80, 0.94))  # other things have a correlation of 0.93 and less, faces more
 
 
 def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:

@@ -19,13 +19,6 @@ Fronts = Literal["straight", "round"]
 
 FRONTS: tuple[Fronts, ...] = ("straight", "round")
 
-SYMBOLS = {
-    "k0": "depth", "kappa": "depth", "n_w": "count", "nw": "count", "lambda_w": "start", "R": "radius",
-    "phi": "max_angle", "mA": "attachment", "mI": "insertion", "Ls": "length", "Ws": "width", "o": "centre",
-    "a": "semi_major", "b": "semi_minor", "rw": "inner", "r_w": "inner",
-}  # fmt: skip
-"""What symbols of Zhang, Sim and Tan are called here."""
-
 
 def unknown_property(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """Return the error for an unknown property, which says what a symbol of the paper is called here.
@@ -35,9 +28,14 @@ def unknown_property(kind: str, name: str, known: Iterable[str]) -> UnknownNameE
     >>> print(unknown_property("property of a muscle", "k0", ["count", "depth"]))
     unknown property of a muscle 'k0'. The k0 of the paper is called 'depth' here.
     """
+    called = {  # symbols of Zhang, Sim and Tan
+        "k0": "depth", "kappa": "depth", "n_w": "count", "nw": "count", "lambda_w": "start", "R": "radius",
+        "phi": "max_angle", "mA": "attachment", "mI": "insertion", "Ls": "length", "Ws": "width", "o": "centre",
+        "a": "semi_major", "b": "semi_minor", "rw": "inner", "r_w": "inner",
+    }  # fmt: skip
     known = list(known)
-    if SYMBOLS.get(name) in known:
-        return UnknownNameError(f"unknown {kind} {name!r}. The {name} of the paper is called {SYMBOLS[name]!r} here.")
+    if called.get(name) in known:
+        return UnknownNameError(f"unknown {kind} {name!r}. The {name} of the paper is called {called[name]!r} here.")
     return unknown_name(kind, name, known)
 
 
@@ -354,17 +352,15 @@ def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.in
     inside = np.zeros((len(points), len(muscles)), bool)
     between = np.zeros((len(triangles), len(muscles)), bool)
     longest = side_lengths(points[triangles]).max(axis=1)
+    # Places of a large triangle that are looked at, by their shares of its corners.
+    shares = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)]) / 8.0
     for k, muscle in enumerate(muscles):
         near = within(points, *muscle.reach)
         inside[near, k] = muscle.wrinkling_region(points[near])
         centre, reach = muscle.reach
         large = np.flatnonzero((longest > 0.5 * reach) & (reach > 0.0))
         large = large[np.linalg.norm(points[triangles[large, 0]] - centre, axis=1) < reach + longest[large]]
-        places = (WITHIN @ points[triangles[large]]).reshape(-1, 3)
-        between[large, k] = muscle.wrinkling_region(places).reshape(-1, len(WITHIN)).any(axis=1)
+        places = (shares @ points[triangles[large]]).reshape(-1, 3)
+        between[large, k] = muscle.wrinkling_region(places).reshape(-1, len(shares)).any(axis=1)
     touched = corners @ csr_array(inside) + csr_array(between)
     return np.asarray((corners @ (corners.T @ touched)).T.toarray())
-
-
-WITHIN = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)]) / 8.0
-"""Places of a large triangle that are looked at, by their shares of its corners."""
