@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from facewrinkle.array_types import Array, IntArray
 from facewrinkle.geometry import topology
-from facewrinkle.geometry.orders import morton_order
+from facewrinkle.geometry.topology import morton_order
 
 from . import _self_intersection_kernels as kernels
 

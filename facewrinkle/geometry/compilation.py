@@ -13,8 +13,6 @@ from numba.core import event
 from ..errors import warn
 from ..progress import tell
 
-_PACKAGE = __name__.partition(".")[0]
-
 
 def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Compile a function with `numba.njit`, and keep its machine code for the next start.
@@ -64,7 +62,7 @@ class _FirstUse(event.Listener):
 
     def on_start(self, event: event.Event) -> None:
         dispatcher = event.data["dispatcher"]
-        if self._told or dispatcher.py_func.__module__.partition(".")[0] != _PACKAGE:
+        if self._told or dispatcher.py_func.__module__.partition(".")[0] != __name__.partition(".")[0]:
             return
         folder = dispatcher.stats.cache_path
         if folder is not None and not any(Path(folder).glob("*.nbi")):

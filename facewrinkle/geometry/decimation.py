@@ -13,34 +13,11 @@ from .compilation import compiled
 from .normals import area_vector, vertex_normals
 from .topology import as_triangles, connected, unique_edges
 
-SPACING = 0.67
-"""Vertices are removed while they are closer to a neighbor than this share of the wanted length: the edges that stay
-are then about as long as wanted, on average.
-"""
-
 FREE, ON_LINE, FIXED = 0, 1, 2
 """Kinds of vertices: free, on a line that it may only leave along the line, and never removed."""
 
-LONGEST = 1.6
-"""No edge becomes longer than this, relative to the edges that are wanted."""
-
 FACING = 0.35
 """Smallest cosine between the normal of a new triangle and the normals of the given mesh at its corners."""
-
-BENT = 0.5
-"""Smallest cosine between the normals of a triangle before and after one collapse."""
-
-SHAPE = 0.3
-"""Smallest quality of a new triangle: 1 for equilateral ones, 0 without area."""
-
-CORNER = 0.1
-"""No line is cut short by more than this at a vertex, relative to the edges that are wanted."""
-
-NEAR = 3.0
-"""Neighbors up to this far are near, relative to the nearest one."""
-
-MOST_NEIGHBORS = 64
-"""Vertices with more neighbors than this are not removed, and no vertex gets more."""
 
 LEAST_OF_LINE = 8
 """Every line and every boundary loop keeps at least this many vertices, or all that it has."""
@@ -162,9 +139,12 @@ def _least_facing(normals, normal, a, b, c):
 
 @compiled
 def _shape_after(v, u, least, points, normals, size, triangles, alive, head, following, before, after):
-    """Return the worst quality of the triangles around v once v is merged into u; -1 if it is not above `least`, or a
-    triangle would turn over, or become too long or too thin.
+    """Return the worst quality of the triangles around v once v is merged into u, 1 for equilateral ones, 0 without
+    area; -1 if it is not above `least`, or a triangle would turn over, or become too long or too thin.
     """
+    longest = 1.6  # relative to the edges that are wanted
+    thinnest = 0.3  # of quality, unless the triangle was thinner
+    bent = 0.5  # least cosine between the normals of a triangle before and after
     worst = 1.0
     corner = head[v]
     while corner >= 0:
@@ -175,16 +155,16 @@ def _shape_after(v, u, least, points, normals, size, triangles, alive, head, fol
             continue
         i, j, k = (u if a == v else a), (u if b == v else b), (u if c == v else c)
         for w in (i, j, k):
-            if w != u and _distance(points, u, w) > LONGEST * 0.5 * (size[u] + size[w]):
+            if w != u and _distance(points, u, w) > longest * 0.5 * (size[u] + size[w]):
                 return -1.0
         shape = _measured(points, i, j, k, after)
         worst = min(worst, shape)
         if worst <= least:
             return -1.0
         was = _measured(points, a, b, c, before)
-        if shape < min(SHAPE, was):
+        if shape < min(thinnest, was):
             return -1.0
-        if before[0] * after[0] + before[1] * after[1] + before[2] * after[2] < BENT and was > 0.0:
+        if before[0] * after[0] + before[1] * after[1] + before[2] * after[2] < bent and was > 0.0:
             return -1.0
         if _least_facing(normals, after, i, j, k) < min(FACING, _least_facing(normals, before, a, b, c)):
             return -1.0
@@ -228,9 +208,9 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
 def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
     """Return the neighbor into which v is best merged, or -1; far ones only if none is near."""
     best, found = 0.0, -1
-    near = np.inf
+    near = np.inf  # up to three times as far as the nearest neighbor
     for i in range(count):
-        near = min(near, NEAR * _distance(points, ring[i], v))
+        near = min(near, 3.0 * _distance(points, ring[i], v))
     for turn in range(2 * count):
         if turn == count and found >= 0:
             break
@@ -239,14 +219,14 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
             continue
         if (_distance(points, u, v) > near) == (turn < count):
             continue
-        if kind[v] == ON_LINE:  # v is not far from the straight line between its neighbors
+        if kind[v] == ON_LINE:  # v is no further than a tenth of an edge from the straight line between its neighbors
             w, square, along, length = lines[v, 0] + lines[v, 1] - u, 0.0, 0.0, 0.0
             for k in range(3):
                 a, b = points[v, k] - points[u, k], points[w, k] - points[u, k]
                 square += a * a
                 along += a * b
                 length += b * b
-            if square - (along * along / length if length > 0.0 else 0.0) > (CORNER * size[v]) ** 2:
+            if square - (along * along / length if length > 0.0 else 0.0) > (0.1 * size[v]) ** 2:
                 continue
         # Well-shaped triangles first, and short ways before long ones.
         away = 1.0 + _distance(points, u, v) / size[v]
@@ -285,14 +265,15 @@ def _merge(v, u, triangles, alive, head, following):
 @compiled
 def _enqueue(v, gap, heap, key, kind):
     """Put a vertex in the queue if it may be removed and is too close to a neighbor, but not twice by one key."""
-    if kind[v] != FIXED and gap < SPACING and gap != key[v]:
+    shortest = 0.67  # of the wanted length: the edges that stay are then about as long as wanted, on average
+    if kind[v] != FIXED and gap < shortest and gap != key[v]:
         key[v] = gap
         heappush(heap, (gap, v))
 
 
 @compiled
 def _decimate(points, normals, size, triangles, kind, lines, loop, left):
-    """Merge vertices into neighbors, the closest first, until none is closer than `SPACING` of the wanted size.
+    """Merge vertices into neighbors, the closest first, until none is too close to another.
 
     Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbors of
     vertices on lines. `left` counts the vertices of each line `loop`, of which at least `LEAST_OF_LINE` stay.
@@ -303,7 +284,7 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
         v = triangles[corner // 3, corner % 3]
         following[corner] = head[v]
         head[v] = corner
-    ring, other = np.empty((2, MOST_NEIGHBORS), np.int64)
+    ring, other = np.empty((2, 64), np.int64)  # vertices with more neighbors are not removed, and no vertex gets more
     spare, key = (np.empty(3), np.empty(3)), np.full(n, np.inf)
     heap = [(0.0, 0)]
     heap.clear()
@@ -317,7 +298,7 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
             continue
         key[v] = np.inf
         count = _neighbors(v, triangles, alive, head, following, ring)
-        if count > MOST_NEIGHBORS or (kind[v] == ON_LINE and left[loop[v]] <= LEAST_OF_LINE):
+        if count > len(ring) or (kind[v] == ON_LINE and left[loop[v]] <= LEAST_OF_LINE):
             continue
         # A key is too small once the edge it stands for is gone.
         gap = _shortest(v, count, ring, points, size)

@@ -26,10 +26,6 @@ DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
 
 
-SPARE_AT_FIRST, SPARE_LATER = 2, 8
-"""Tables have one row to spare for so many in use: when they are made, and each time they have grown."""
-
-
 @dataclass(frozen=True)
 class Change:
     """The fate of the vertices: `attribute = concatenate([attribute[change.kept], created])`.
@@ -362,15 +358,15 @@ class RedGreenForest:
 
 
 def _table(used: int, width: int) -> IntArray:
-    """Return a table with room for `used` rows and some more."""
-    return np.empty((used + used // SPARE_AT_FIRST + 4 * kernels.ROOM, width), np.int32)
+    """Return a table with room for `used` rows and half as many more."""
+    return np.empty((used + used // 2 + 4 * kernels.ROOM, width), np.int32)
 
 
 def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
-    """Return the table, or one with room for `more` rows and some beyond if it is about to overflow."""
+    """Return the table, or one with room for `more` rows and an eighth beyond if it is about to overflow."""
     if used + more + kernels.ROOM <= len(table):
         return table
-    out = np.empty((used + more + (used + more) // SPARE_LATER + 4 * kernels.ROOM, table.shape[1]), np.int32)
+    out = np.empty((used + more + (used + more) // 8 + 4 * kernels.ROOM, table.shape[1]), np.int32)
     out[:used] = table[:used]
     return out
 

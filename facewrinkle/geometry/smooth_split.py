@@ -14,20 +14,6 @@ ROUNDS = 3
 LARGEST = 0.12
 """Most by which a point leaves the flat triangle, in lengths of the edge: where normals mean a rim, it stays one."""
 
-_CHILDREN = (
-    # by the sides that are halved (1: from corner 0 to 1, 2: from 1 to 2, 4: from 2 to 0); 3 to 5 are their middles
-    ((0, 1, 2),),
-    ((0, 3, 2), (3, 1, 2)),
-    ((0, 1, 4), (0, 4, 2)),
-    ((3, 1, 4), (0, 3, 4), (0, 4, 2)),
-    ((0, 1, 5), (5, 1, 2)),
-    ((0, 3, 5), (3, 1, 2), (3, 2, 5)),
-    ((5, 4, 2), (0, 1, 4), (0, 4, 5)),
-    ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
-)
-
-_ENDS = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]])
-
 
 @dataclass(frozen=True, eq=False)
 class SmoothSplit:
@@ -98,7 +84,7 @@ def smooth_split(
     corners, parent = np.asarray(triangles, np.int64), np.arange(len(triangles))
     shares = np.tile(np.eye(3), (len(triangles), 1, 1))
     for _ in range(ROUNDS):
-        ends = corners[:, _ENDS[3:]]
+        ends = corners[:, [[0, 1], [1, 2], [2, 0]]]
         length = np.linalg.norm(points[ends[..., 1]] - points[ends[..., 0]], axis=2)
         turn = np.linalg.norm(normals[ends[..., 1]] - normals[ends[..., 0]], axis=2)
         wanted = (length > longest) | ((turn > bend) & (length * turn > 8.0 * sagitta))
@@ -174,12 +160,23 @@ def _children(
     middles: IntArray, corners: IntArray, parent: IntArray, shares: Array
 ) -> tuple[IntArray, IntArray, Array]:
     """Parts of triangles (m, 3) with middles (m, 3) on some sides, their parents, and shares in these."""
+    children_of = (
+        # by the sides that are halved (1: from corner 0 to 1, 2: from 1 to 2, 4: from 2 to 0); 3 to 5 are their middles
+        ((0, 1, 2),),
+        ((0, 3, 2), (3, 1, 2)),
+        ((0, 1, 4), (0, 4, 2)),
+        ((3, 1, 4), (0, 3, 4), (0, 4, 2)),
+        ((0, 1, 5), (5, 1, 2)),
+        ((0, 3, 5), (3, 1, 2), (3, 2, 5)),
+        ((5, 4, 2), (0, 1, 4), (0, 4, 5)),
+        ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    )
     kind = (middles >= 0) @ np.array([1, 2, 4])
     of_sides = np.concatenate([corners, middles], axis=1)
     places = np.concatenate([shares, 0.5 * (shares + np.roll(shares, -1, axis=1))], axis=1)
     parts = [
         (of_sides[own][:, child], parent[own], places[own][:, child])
-        for number, children in enumerate(_CHILDREN)
+        for number, children in enumerate(children_of)
         for own in [np.flatnonzero(kind == number)]
         for child in map(list, children)
     ]

@@ -167,8 +167,7 @@ def connected(links: ArrayLike, n: int) -> IntArray:
     """
     pairs = np.reshape(links, (-1, 2)).T
     graph = coo_array((np.ones(pairs.shape[1], bool), pairs), shape=(n, n))
-    label: IntArray = connected_components(graph, directed=False)[1]
-    return label
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def components(triangles: ArrayLike) -> IntArray:
@@ -181,8 +180,7 @@ def components(triangles: ArrayLike) -> IntArray:
     """
     array = as_triangles(triangles)
     label = connected(np.concatenate([array[:, :2], array[:, 1:]]), int(array.max()) + 1)
-    numbered: IntArray = np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
-    return numbered
+    return np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
 
 
 def sheets(triangles: ArrayLike) -> IntArray:
@@ -298,6 +296,32 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
 def _following(half_edges: NDArray[np.int64]) -> NDArray[np.int64]:
     """The half-edges that come next in their triangles."""
     return half_edges - half_edges % 3 + (half_edges + 1) % 3
+
+
+# --- an order of points, where neighbors are mostly neighbors in space ----------------------------
+
+
+def morton_order(cells: NDArray[np.integer], bits: int) -> IntArray:
+    """Return the order (n,) of the cells of a grid along the curve of Morton (1966).
+
+    Parameters
+    ----------
+    cells : ndarray of int, shape (n, d)
+        Position of each cell along the d axes of the grid, from 0 to ``2**bits - 1``. The last axis counts most.
+    bits : int
+        Bits per axis; at most 63 for all axes together.
+
+    Examples
+    --------
+    >>> morton_order(np.array([[1, 1], [0, 1], [1, 0], [0, 0]]), 1).tolist()
+    [3, 2, 1, 0]
+    """
+    cells = np.asarray(cells, np.int64)
+    code, axes = np.zeros(len(cells), np.int64), cells.shape[1]
+    for bit in range(bits):
+        for axis in range(axes):
+            code |= ((cells[:, axis] >> bit) & 1) << (axes * bit + axis)
+    return np.argsort(code, kind="stable")
 
 
 # --- vertices with several values --------------------------------------------------------------------

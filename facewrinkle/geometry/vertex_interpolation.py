@@ -15,11 +15,6 @@ from .least_squares import cholesky_solve
 from .normals import tangent_axes, unit, vertex_normals
 from .topology import unique_edges, vertex_rings
 
-DETOUR, DETOUR_FADE = 0.2, 0.2
-"""Nodes count in full if the way to them along the edges is longer than the straight line by less than the first share
-of their radius, and not at all from the sum of both on.
-"""
-
 
 class VertexInterpolation:
     """Interpolates values at some vertices of a mesh, the nodes, at all of its vertices.
@@ -128,7 +123,10 @@ def _shares(points, nodes, radius, offsets, ring, length):
     """Vertices (p,), numbers of nodes (p,) and weights (p,) for all pairs of a vertex and a node that are near.
 
     From each node, ways are followed along the edges of the mesh, of which each vertex has a `ring`, and the lengths.
+    Nodes count in full if the way is longer than the straight line by less than the `detour`, a share of their radius,
+    and not at all from twice that on.
     """
+    detour = 0.2
     way, vertices, numbers, shares = np.full(len(points), np.inf), [0], [0], [0.0]
     for k in range(len(nodes)):
         way[nodes[k]], met, at = 0.0, [nodes[k]], 0
@@ -136,7 +134,7 @@ def _shares(points, nodes, radius, offsets, ring, length):
             start = met[at]
             for e in range(offsets[start], offsets[start + 1]):
                 end, further = ring[e], way[start] + length[e]
-                if further < min(way[end], (1.0 + DETOUR + DETOUR_FADE) * radius[k]):
+                if further < min(way[end], (1.0 + 2.0 * detour) * radius[k]):
                     way[end] = further
                     met.append(np.int64(end))
             at += 1
@@ -145,7 +143,7 @@ def _shares(points, nodes, radius, offsets, ring, length):
             for c in range(3):
                 square += (points[v, c] - points[nodes[k], c]) ** 2
             d = np.sqrt(square) / radius[k]
-            t = min(max((way[v] / radius[k] - d - DETOUR) / DETOUR_FADE, 0.0), 1.0)
+            t = min(max((way[v] / radius[k] - d - detour) / detour, 0.0), 1.0)
             way[v] = np.inf  # it may have been met more than once
             share = (1.0 - t * t * (3.0 - 2.0 * t)) * max(1.0 - d, 0.0) ** 4 * (4.0 * d + 1.0)
             share /= d * d + 0.05 * 0.05  # smooth, 0 at d = 1, and no larger within a twentieth of the radius

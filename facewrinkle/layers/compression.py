@@ -291,20 +291,15 @@ SLACK, FULL = 0.015, 0.05
 local compression makes them.
 """
 
-ASLANT, ACROSS = 0.45, 0.6
-"""Share of the largest compression in a muscle's region below which skin does not fold along that muscle, because
-it folds in another direction, and from which it does.
-"""
-
 
 class Activation:
     """Compression of the skin over each muscle, along it, as a number in [0, 1] like a contraction rate.
 
     It is the mean of the compression (0 where the skin is stretched) over the muscle's wrinkling region, by a smooth
     step from 0 at `SLACK` to 1 at `FULL`. Where the skin is compressed far more in another direction, it folds in that
-    one instead: a second smooth step falls to 0 from `ACROSS` to `ASLANT`. The compression is measured at fixed points
-    of the base mesh, so that refinement does not change it. Where several muscles fold the same skin in the same
-    direction, only the one with the deepest wrinkles acts.
+    one instead: a second smooth step falls from 1 to 0. The compression is measured at fixed points of the base mesh,
+    so that refinement does not change it. Where several muscles fold the same skin in the same direction, only the one
+    with the deepest wrinkles acts.
 
     Parameters
     ----------
@@ -366,7 +361,8 @@ class Activation:
             for each in (np.maximum(epsilon, 0.0), _lost(epsilon), most)
         )
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
-        return smoothstep((mean - SLACK) / (FULL - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
+        aslant, across = 0.45, 0.6  # of the largest compression: up to where skin does not fold along, and from where
+        return smoothstep((mean - SLACK) / (FULL - SLACK)) * smoothstep((aligned - aslant) / (across - aslant))
 
 
 def _lost(compression: Array) -> Array:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from small_meshes import delaunay, enclosed_volume
 
 from facewrinkle.errors import MeshError
-from facewrinkle.geometry.orders import morton_order
 from facewrinkle.geometry.topology import (
     as_triangles,
     boundary_loops,
@@ -17,6 +16,7 @@ from facewrinkle.geometry.topology import (
     euler_characteristic,
     incident_triangles,
     is_oriented,
+    morton_order,
     non_manifold_edges,
     oriented,
     ring_quads,

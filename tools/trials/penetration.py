@@ -16,8 +16,7 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, OVERJET, Arch
-from facewrinkle.geometry.orders import morton_order
-from facewrinkle.geometry.topology import incident_triangles, unique_edges, vertex_rings
+from facewrinkle.geometry.topology import incident_triangles, morton_order, unique_edges, vertex_rings
 from tools import _self_intersection_kernels as crossings
 
 from . import _oracle_kernels as kernels

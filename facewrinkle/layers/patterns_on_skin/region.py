@@ -27,7 +27,7 @@ from ...geometry import (
     vertex_rings,
 )
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
-from ...geometry.orders import morton_order
+from ...geometry.topology import morton_order
 from ..base import SurfacePoints
 from ..compression import StrainField, compression_along, principal_compression
 

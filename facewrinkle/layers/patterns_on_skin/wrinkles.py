@@ -76,12 +76,6 @@ class Pattern:
         raise NotImplementedError
 
 
-SHIFTS = (0.5, 0.5, 0.6, 0.3)
-"""The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
-2.09, or neighbors could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
-"""
-
-
 def natural_variation(phase: Array, along: Array, amount: float, seed: int) -> tuple[Array, Array]:
     """Return the phase that natural variation adds to waves, and the share of their height that it leaves.
 
@@ -118,11 +112,14 @@ def natural_variation(phase: Array, along: Array, amount: float, seed: int) -> t
     first = np.floor(number)
     blend = smoothstep(number - first)
     shift, share = np.zeros_like(along), np.zeros_like(along)
+    # The most, in radians, that place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
+    # 2.09, or neighbors could meet: between them the shift changes by up to twice it, at up to 1.5 times the mean rate.
+    shifts = (0.5, 0.5, 0.6, 0.3)
     for k, part in ((first, 1.0 - blend), (first + 1.0, blend)):
         own = drawn[k.astype(np.int64) % distinct].T
         signed = 2.0 * own[:4] - 1.0
         bends = np.stack([np.ones_like(along), along, along**2, np.sin(4.0 * along + 2.0 * np.pi * own[4])])
-        shift += part * np.einsum("i,ik,ik->k", SHIFTS, signed, bends)
+        shift += part * np.einsum("i,ik,ik->k", shifts, signed, bends)
         share += part * _depth_along(along, own[5:], amount)
     return amount * shift, share
 

@@ -10,9 +10,6 @@ from ..entries import BLUNT, LEAST, TAUT
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""
 
-ONSET, SOFT = 0.025, 0.02
-"""Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
-
 BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 """Shape exponents of the faintest and of deep folds, and the depth, in wavelengths, from which folds are sharp."""
 
@@ -34,20 +31,21 @@ def compressions(strain, i, tangents, p):
     Half of the stretch along the lines, which thins skin across them by itself, and the shear along them are taken from
     it: skin that is compressed askew to a line folds less there.
     """
+    onset, soft = 0.025, 0.02  # compression at which skin begins to fold, and half the width of the beginning around it
     xx, yy, zz, yz, xz, xy = strain[i, 0], strain[i, 1], strain[i, 2], strain[i, 3], strain[i, 4], strain[i, 5]
     x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
     sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
     epsilon = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
-    if epsilon <= ONSET - SOFT:
+    if epsilon <= onset - soft:
         return epsilon, 0.0
     x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
     shear = x * sx + y * sy + z * sz
     change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
     pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-    e = epsilon + 0.5 * pull - 0.5 * abs(shear) - ONSET
-    if e > SOFT:
+    e = epsilon + 0.5 * pull - 0.5 * abs(shear) - onset
+    if e > soft:
         return epsilon, e
-    return epsilon, max(e + SOFT, 0.0) ** 2 / (4.0 * SOFT)
+    return epsilon, max(e + soft, 0.0) ** 2 / (4.0 * soft)
 
 
 @compiled

@@ -27,24 +27,8 @@ from . import _kernels as kernels
 from .families import strength_of, window_of
 from .tissue import OTHERS, OWN, between_bellies
 
-STEPS, ALIGNED = 20, (0.55, 1.3)
-"""Steps in which phases are aligned, and how far across and along the lines in each, in wavelengths (all such lengths
-are standard deviations).
-"""
-
-STRIATED = (0.40, 2.6)
-"""The same of random numbers that are averaged along the lines, so that each line has its own."""
-
-WANDER, UNEVEN, WIDER = 0.06, 0.38, 0.12
-"""At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
-and of the logarithm of the wavelength; and the mean of that.
-"""
-
 KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "share": np.float32}
 """Arrays that stripes are stored as. Where compression begins decides which triangles have lines: it is kept whole."""
-
-FINE, MOST = 0.45, 4
-"""Length of edges on which a wave is known well enough, in wavelengths, and the highest level."""
 
 Smoother = Callable[[Array], Array]
 
@@ -52,11 +36,12 @@ Smoother = Callable[[Array], Array]
 def level_for(face: Face, zone: BoolArray, length: Array) -> int:
     """Return how often the triangles of a zone are to be split, for wavelengths (n0,), mm, at the base vertices.
 
-    Half of their edges are then no longer than `FINE` wavelengths.
+    Half of their edges are then no longer than 0.45 wavelengths, on which a wave is known well enough, or as long as
+    four splits leave them.
     """
     edges = side_lengths(face.points[face.triangles[zone]] * face.unit)
-    needed = np.log2(edges / (FINE * length[face.triangles[zone]]))
-    return int(np.clip(np.ceil(np.median(needed)), 0, MOST))
+    needed = np.log2(edges / (0.45 * length[face.triangles[zone]]))
+    return int(np.clip(np.ceil(np.median(needed)), 0, 4))
 
 
 class Ground:
@@ -329,7 +314,7 @@ def found_stripes(
 
     even = smoothing.over(0.25 * area * np.eye(3))  # all around, as far as a wavelength
     d, share = _directions(even, ground.at(tensor), normals)
-    turn = WANDER * style.irregularity * random(even)[:, None]
+    turn = 0.06 * style.irregularity * random(even)[:, None]  # radians, by which lines leave the direction
     d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
     share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
 
@@ -338,15 +323,20 @@ def found_stripes(
     gap = 0.85 * ground.at(between_bellies(face))[ground.triangles].mean(axis=1)
     apart = np.eye(3) - gap[:, None, None] * sideways
 
+    # Phases are aligned so far across and along the lines, in wavelengths (a standard deviation), and random numbers
+    # are averaged so far, that each line has its own.
+    aligned, striated = (0.55, 1.3), (0.40, 2.6)
+
     def directed(across: float, along: float) -> Array:
         squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
         return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
 
-    uneven = random(smoothing.over(directed(*STRIATED)))
-    wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]
+    uneven = random(smoothing.over(directed(*striated)))
+    stretched = np.exp(style.irregularity * (0.12 + 0.38 * uneven))  # mean and standard deviation of the logarithm
+    wave = 2.0 * np.pi * d / (local * stretched)[:, None]
     start = np.stack([_noise(places, rng), _noise(places, rng)], axis=1)
-    psi = _aligned(smoothing.over(apart @ directed(*ALIGNED) @ apart, _turns(ground, wave)), start)
-    lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)))
+    psi = _aligned(smoothing.over(apart @ directed(*aligned) @ apart, _turns(ground, wave)), start)
+    lines = random(smoothing.over(directed(striated[0], striated[1] * style.length)))
     share = share * np.hypot(*psi.T) * _strengths(lines, style)
     return Stripes(ground, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
 
@@ -411,10 +401,11 @@ def _aligned(smooth: Smoother, start: Array) -> Array:
     """Return waves (n, 2) of phases that agree along the lines and across them: their cosine and sine, shorter where
     neighbors cannot agree.
 
-    Each step lowers the stripe energy, and brings all to the length 1 again. They begin at the directions of `start`.
+    Each of 20 steps lowers the stripe energy, and brings all to the length 1 again. They begin at the directions of
+    `start`.
     """
     psi = unit(start)
-    for _ in range(STEPS):
+    for _ in range(20):
         psi = unit(smooth(psi))
     return smooth(psi)
 

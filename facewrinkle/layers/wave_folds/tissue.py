@@ -30,11 +30,6 @@ THICKNESS = {
 the forehead, temple, eyelid, back of the nose, cheek bone and below the jaw; each landmark has the value of its region.
 """
 
-MEAN_THICKNESS, WAVELENGTH = 1.15, 5.3
-"""Thickness where there are no landmarks, mm, and wavelength of folds in thicknesses of the skin, 6.5 mm on the
-forehead, as on captured ones, and 4.4 mm beside the eye.
-"""
-
 OWN, OTHERS = 1.0, 0.5
 """Share of their depth that lines along an anatomical fold, and lines across it, lose where that fold is deepest."""
 
@@ -62,7 +57,7 @@ def thickness(face: Face) -> Array:
     names = {of_side(stem, side): value for stem, value in THICKNESS.items() for side in "lr"}
     known = {name: value for name, value in names.items() if name in face.landmarks}
     if not known:
-        return np.full(len(face.points), MEAN_THICKNESS)
+        return np.full(len(face.points), 1.15)  # the mean
     squares = cdist(face.points, np.array([face.landmarks[name] for name in known]), "sqeuclidean")
     # Within a squared distance of 0.02, in distances between the pupils, a landmark's own thickness rules.
     weights = 1.0 / (squares / face.frame.pupil_distance**2 + 0.02) ** 2
@@ -70,7 +65,8 @@ def thickness(face: Face) -> Array:
 
 
 def wavelengths(face: Face) -> Array:
-    """Return the wavelength (n0,) of folds at the base vertices, mm: thickness times `WAVELENGTH`.
+    """Return the wavelength (n0,) of folds at the base vertices, mm: 5.3 times the thickness of the skin, which is
+    6.5 mm on the forehead, as on captured ones, and 4.4 mm beside the eye.
 
     Examples
     --------
@@ -80,7 +76,7 @@ def wavelengths(face: Face) -> Array:
     >>> wavelengths(face)[at].round(1).tolist()
     [6.5, 4.4]
     """
-    return WAVELENGTH * scale_of(face) * thickness(face)
+    return 5.3 * scale_of(face) * thickness(face)
 
 
 def old_depths(face: Face, age: float) -> Array:
