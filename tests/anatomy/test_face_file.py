@@ -76,8 +76,7 @@ def test_a_surface_comes_back(face, tmp_path):
     assert fw.Simulation(again).step().n_points == surface.mesh.n_points
 
 
-@pytest.mark.parametrize("numbered", [False, True])
-@pytest.mark.parametrize("follows", ["eye", "skin"])
+@pytest.mark.parametrize(("follows", "numbered"), [("eye", True), ("skin", False)])
 def test_a_part_of_ones_own_comes_back(face, tmp_path, follows, numbered):
     eye = face.eyes[0]
     shifted = eye.centre + np.array([0.0, 0.0, 1.0])

@@ -272,6 +272,7 @@ def test_other_identities_are_found_wherever_they_are(face, how, seed):
     assert not {"nose_tip", "mouth_l", "eye_r_inner"} & set(found.estimated)
 
 
+@pytest.mark.slow
 def test_a_slit_beside_the_middle_of_the_chin_does_not_move_it(face):
     mesh, frame = face.mesh.subdivide(2), face.frame
     at = frame.local(np.asarray(mesh.points)[mesh.regular_faces].mean(axis=1))
@@ -332,6 +333,7 @@ def ict(real_face):
     return made
 
 
+@pytest.mark.slow
 def test_a_lip_that_is_rolled_in_is_doubted(ict):
     mesh, marks = ict("mouthRollLower")
     found = find_landmarks(mesh, given={n: marks[n] for n in PLACE})

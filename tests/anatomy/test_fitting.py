@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from synthetic_faces import head_with
@@ -67,7 +68,7 @@ def test_real_faces_are_measured_right(real_face, stem, unit, points, triangles)
 # --- the same face elsewhere --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_fitting_commutes_with_moving_the_mesh(face, scale):
     rest = fw.fit_face(face.mesh, face.landmarks)
     shift = scale * np.array([500.0, -200.0, 90.0])
@@ -104,18 +105,17 @@ def test_fitting_commutes_with_moving_the_mesh(face, scale):
         )
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face, scale):
-    frames = []
-    shift = scale * np.array([500.0, -200.0, 90.0])
-    for mesh, marks in ((face.mesh, face.landmarks), moved(face.mesh, face.landmarks, np.eye(3), scale, shift)):
-        sim = fw.Simulation(fw.fit_face(mesh, marks), folds="paper")
-        sim.express("paper_fear")
-        frames.append(list(sim.run(12))[-1])
-    rest, other = frames
-    assert np.array_equal(other.regular_faces, rest.regular_faces)
-    np.testing.assert_allclose(other["W"], rest["W"], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(other.points, scale * rest.points + shift, rtol=0, atol=1e-8 * scale)
+def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face):
+    shift, scales = np.array([500.0, -200.0, 90.0]), (1e-3, 1e3)
+    meshes = [moved(face.mesh, face.landmarks, np.eye(3), scale, scale * shift) for scale in scales]
+    rest, *others = (
+        after(fw.Simulation(fw.fit_face(*mesh), folds="paper"), "paper_fear", 12)
+        for mesh in ((face.mesh, face.landmarks), *meshes)
+    )
+    for scale, other in zip(scales, others, strict=True):
+        assert np.array_equal(other.regular_faces, rest.regular_faces)
+        np.testing.assert_allclose(other["W"], rest["W"], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(other.points, scale * (rest.points + shift), rtol=0, atol=1e-8 * scale)
 
 
 def test_numbering_does_not_matter(face):
