@@ -160,7 +160,7 @@ def test_lining_in_front_of_the_skin_is_pushed_back(face, skin):
     assert np.median(gradient[pushed] @ face.frame.axes[2]) > 0.0, "the force points backwards"
 
 
-@pytest.mark.parametrize(("index", "frames"), [(2, 32), (5, 34)])
+@pytest.mark.parametrize(("index", "frames"), [(2, 32), pytest.param(5, 34, marks=pytest.mark.slow)])
 def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
     """All muscles about the mouth at once, in jumps: lips came .6 mm through each other, and triangles turned over."""
     oracle = Oracle(face)

@@ -76,16 +76,6 @@ def test_release_takes_all_triangles_back(face, played, name):
             assert np.array_equal(last[array], face.mesh.point_data[array])
 
 
-def test_coarsening_goes_on_while_other_muscles_pull(face):
-    sim = fw.Simulation(face)
-    sim.express("paper_surprise")
-    list(sim.run(40))
-    sim.express("stretching_mouth")
-    frame = list(sim.run(150, ramp=0.2))[-1]
-    forehead = frame["rest"][:, 1] > face.landmarks["brow_l_mid"][1] + 10.0
-    assert not frame["level"][forehead].any()
-
-
 def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
     """A shape that a recording reaches in one step is as finely split as one that is held; so are still patterns."""
     surprise = played("paper_surprise").held.displacement / face.unit
