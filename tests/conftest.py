@@ -37,13 +37,16 @@ def fingerprint(mesh):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Examples that `test_no_side_effects` runs and watches are not run as doctests, too; those of sets are slow."""
+    """Examples that `test_no_side_effects` runs and watches are not run as doctests, too; those of files, sets and the
+    studio are slow.
+    """
     watched = {item.callspec.params["name"] for item in items if "test_examples_change_nothing" in item.name}
     twice = [item for item in items if isinstance(item, pytest.DoctestItem) and item.name in watched]
     config.hook.pytest_deselected(items=twice)
     items[:] = [item for item in items if item not in twice]
+    slow = tuple(f"facewrinkle.{room}." for room in ("dataset", "export", "live"))
     for item in items:
-        if isinstance(item, pytest.DoctestItem) and item.name.startswith("facewrinkle.dataset"):
+        if isinstance(item, pytest.DoctestItem) and item.name.startswith(slow):
             item.add_marker("slow")
 
 

@@ -100,12 +100,12 @@ def test_a_file_is_whole_or_not_there(tmp_path):
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
-def test_what_is_replaced_keeps_who_may_read_it(face, tmp_path, mode):
-    (tmp_path / "link.face").symlink_to(tmp_path / "head.face")
-    path = write_face(face, tmp_path / "head.face")
+def test_what_is_replaced_keeps_who_may_read_it(tmp_path, mode):
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    path = write_whole(tmp_path / "file", "old")
     path.chmod(mode)
     before = path.stat().st_ino
-    write_face(face, tmp_path / "link.face")
+    write_whole(tmp_path / "link", "new")
     assert path.stat().st_ino != before
     assert path.stat().st_mode & 0o777 == mode
 

@@ -36,7 +36,11 @@ def rays_past(face, eye, points, ball):
 
 @pytest.mark.parametrize(
     ("any_face", "radius"),
-    [(None, 0.85), (None, 0.95), ("thick", 1.0), ("ict_face_narrow", 1.0)],
+    [
+        (None, 0.85),
+        ("thick", 1.0),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((None, 0.95), ("ict_face_narrow", 1.0))),
+    ],
     indirect=["any_face"],
 )
 def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(any_face, radius):
@@ -72,7 +76,7 @@ def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
         ("sockets", False),
         ("shut", False),
         ("ict_face_narrow", True),
-        ("makehuman_head_male", False),
+        pytest.param("makehuman_head_male", False, marks=pytest.mark.slow),
         (None, False),
     ],
     indirect=["any_face"],

@@ -1,5 +1,7 @@
 """``facewrinkle express`` from outside: its files, its lines, and its options."""
 
+import contextlib
+import io
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -24,53 +26,45 @@ from facewrinkle.session import Folds, Look, Session
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SIZE, FRAMES = 96, 4
 STEPS = FRAMES + FRAMES // 2
+NAME = "AU1_AU2=0.5"
 FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
 
 
 @pytest.fixture(scope="module")
-def surprise(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cli") / "new" / "folder"
-    assert main(["express", "surprise", *FEW, "--max-level", "1", "--series", "--out", str(folder)]) == 0
-    return folder
+def played(tmp_path_factory):
+    """The folder and the output of a command that does not name its folder."""
+    told, home = io.StringIO(), tmp_path_factory.mktemp("cli")
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(told):
+        patch.chdir(home)
+        assert main(["express", "AU1, AU2=0.5", *FEW, "--max-level", "1", "--series"]) == 0
+    return home / "output" / NAME, told.getvalue()
 
 
-def test_express_writes_all_files(surprise):
-    pictures = {"surprise.png", "surprise_closeup.png"} | {f"surprise_{name}.png" for name in FIELDS}
-    assert {path.name for path in surprise.iterdir() if path.name[0] != "."} == pictures | {
-        "surprise.mp4",
-        "surprise.vtkhdf",
-    }
-    for name in ("surprise.png", "surprise_closeup.png"):
-        assert picture_shape(surprise / name) == (SIZE, 4 * SIZE + 3 * 4)
+def test_express_writes_all_files_into_a_folder_of_a_safe_name_and_reports_them(played):
+    folder, said = played
+    pictures = {f"{NAME}.png", f"{NAME}_closeup.png"} | {f"{NAME}_{name}.png" for name in FIELDS}
+    files = {path.name for path in folder.iterdir()} - {f".{NAME}.files"}
+    assert files == pictures | {f"{NAME}.mp4", f"{NAME}.vtkhdf"}
+    for text in ("4517 to ", "mm", *files):
+        assert text in said
+    for name in (f"{NAME}.png", f"{NAME}_closeup.png"):
+        assert picture_shape(folder / name) == (SIZE, 4 * SIZE + 3 * 4)
     for name in FIELDS:
-        assert picture_shape(surprise / f"surprise_{name}.png") == (SIZE, SIZE)
+        assert picture_shape(folder / f"{NAME}_{name}.png") == (SIZE, SIZE)
 
 
-def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
-    images = movie_frames(surprise / "surprise.mp4", SIZE, 2 * SIZE + 4)
+def test_express_movie_shows_face_and_closeup_there_and_back(played):
+    images = movie_frames(played[0] / f"{NAME}.mp4", SIZE, 2 * SIZE + 4)
     assert len(images) == STEPS
     away = [np.abs(image.astype(int) - images[0]).mean() for image in images]
     assert np.argmax(away) in range(FRAMES - 2, FRAMES + 2)
     assert away[-1] < 0.8 * max(away)
 
 
-def test_express_series_holds_every_step(face, surprise):
-    meshes = read_series(surprise / "surprise.vtkhdf")[1]
+def test_express_series_holds_every_step(face, played):
+    meshes = read_series(played[0] / f"{NAME}.vtkhdf")[1]
     assert len(meshes) == STEPS
     assert meshes[-1].n_points >= face.mesh.n_points
-
-
-def test_express_reports_what_it_did_in_a_folder_of_a_safe_name(tmp_path, monkeypatch, run):
-    monkeypatch.chdir(tmp_path)
-    out, err = run("express", "AU1=0.5, AU4", *FEW, "--no-movie", "--max-level", "1")
-    assert err == ""
-    assert "4517 to " in out
-    assert "mm" in out
-    folder = tmp_path / "output" / "AU1=0.5_AU4"
-    assert (folder / "AU1=0.5_AU4.png").is_file()
-    for path in folder.iterdir():
-        assert path.name in out or path.name == ".AU1=0.5_AU4.files"
-    assert not list(folder.glob("*.mp4")) + list(folder.glob("*.vtkhdf"))
 
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):

@@ -25,7 +25,7 @@ PHOTO = np.random.default_rng(8).integers(0, 256, (12, 20, 3), dtype=np.uint8)
 
 @pytest.fixture(scope="module")
 def moment():
-    """A face with a seam from brow to chin and a photo of its own in another unit, and a wrinkled frame of it."""
+    """A face with a seam from brow to chin and a photo, in another unit, a wrinkled frame of it, and its tears."""
     head = built_in()
     mesh = to_polydata(0.1 * head.points, head.triangles)
     uv = np.asarray(head.mesh.active_texture_coordinates, dtype=float)
@@ -40,7 +40,8 @@ def moment():
     frame = after(fw.Simulation(face), "frowning", 15)
     assert frame.n_cells > mesh.n_cells + 500
     assert split_at_seams(frame).n_points > frame.n_points + 50
-    return SimpleNamespace(face=face, frame=frame)
+    tears = [fw.SheddingTear(face, start=side).surface(1.0, frame) for side in "lr"]
+    return SimpleNamespace(face=face, frame=frame, tears=tears)
 
 
 def leaves(mesh):
@@ -161,9 +162,8 @@ def test_tears_are_surfaces(moment, tmp_path, tears):
 
 
 def test_gltf_and_glb_hold_the_same(moment, tmp_path):
-    tears = [fw.SheddingTear(moment.face, start="l").surface(1.0, moment.frame)]
     written = [
-        fw.write_mesh(moment.frame, tmp_path / name, moment.face, parts=True, tears=tears)
+        fw.write_mesh(moment.frame, tmp_path / name, moment.face, parts=True, tears=moment.tears)
         for name in ("a.glb", "a.gltf")
     ]
     content, data = read_glb(written[0])
@@ -259,11 +259,10 @@ def test_what_cannot_be_written_says_so(moment, tmp_path):
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_tears_are_in_the_file(moment, tmp_path, fingerprint, ending):
-    tears = [fw.SheddingTear(moment.face, start=side).surface(1.0, moment.frame) for side in "lr"]
-    before = [fingerprint(tear) for tear in tears]
-    path = fw.write_mesh(moment.frame, tmp_path / f"head{ending}", moment.face, tears=tears)
-    assert [fingerprint(tear) for tear in tears] == before
-    expected = np.vstack([tear.points[tear.regular_faces] for tear in tears])
+    before = [fingerprint(tear) for tear in moment.tears]
+    path = fw.write_mesh(moment.frame, tmp_path / f"head{ending}", moment.face, tears=moment.tears)
+    assert [fingerprint(tear) for tear in moment.tears] == before
+    expected = np.vstack([tear.points[tear.regular_faces] for tear in moment.tears])
     if ending == ".ply":  # knows no groups
         bare = fw.write_mesh(moment.frame, tmp_path / "bare.ply", moment.face).read_bytes()
         assert bare == path.read_bytes().replace(b"head_texture", b"bare_texture")

@@ -96,7 +96,9 @@ def deepest_share(sim, frame):
     return max(shares), len(shares)
 
 
-@pytest.mark.parametrize("name", ["paper_surprise", "frowning", "closing_eye"])
+@pytest.mark.parametrize(
+    "name", ["paper_surprise", *(pytest.param(name, marks=pytest.mark.slow) for name in ("frowning", "closing_eye"))]
+)
 def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(papers, name):
     for inextensible in (True, False):
         sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=8.0, inextensible=inextensible)])

@@ -24,7 +24,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=200)
+@settings(max_examples=80)
 @given(st.one_of(st.text(), VALUES.map(json.dumps)))
 def test_any_text_is_parsed_or_refused(text):
     assert key_of(text) is None
@@ -32,7 +32,7 @@ def test_any_text_is_parsed_or_refused(text):
         parse(text)
 
 
-@settings(max_examples=300)
+@settings(max_examples=120)
 @given(st.sampled_from(sorted(COMMANDS)), st.data())
 def test_any_arguments_are_checked_or_refused(command, data):
     names = [name for name in kinds_of(COMMANDS[command]) if name != "id"]
@@ -95,7 +95,7 @@ ARRAYS = st.sampled_from(["uint8", "int8", "uint16", "uint32", "float32"]).flatm
 )
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.dictionaries(st.text(max_size=4), ARRAYS, max_size=5), st.data())
 def test_arrays_survive_and_the_same_ones_are_not_sent_again(values, data):
     sent, known = message({"step": 3}, [Part("a", "mesh", values, {"x": 1})], {})

@@ -100,7 +100,7 @@ def test_units(face):
 )
 def test_never_in_the_skin_on_lids_of_all_kinds(any_face, side):
     face, tear = any_face, fw.DrippingTear(any_face, side)
-    for t in np.linspace(tear.begin, tear.end, 25):
+    for t in np.linspace(tear.begin, tear.end, 15):
         drop = tear.surface(t)
         assert_ball(drop)
         assert signed_distances(drop.points, face.mesh).min() > 0.0

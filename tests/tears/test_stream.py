@@ -106,9 +106,9 @@ def test_a_coarse_tear_holds_what_its_formula_does():
 
 
 @pytest.mark.parametrize(
-    "options", [{"film": Film(trail=0.2)}, {"detail": 0.7}, {"film": Film(trail=0.45), "detail": 1.0}]
+    ("start", "options"),
+    [("l", {"film": Film(trail=0.2)}), ("r", {"detail": 0.7}), ("l", {"film": Film(trail=0.45), "detail": 1.0})],
 )
-@pytest.mark.parametrize("start", ["l", "r"])
 def test_a_coarse_mesh_is_fine_enough_for_a_narrow_trail(face, start, options):
     tear = fw.SheddingTear(face, start=start, **options)
     for t in (tear.begin, 0.5 * (tear.begin + tear.end), tear.end):

@@ -118,7 +118,7 @@ def rim_of(plane: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.isin(plane, (0.0, 1.0)).any(axis=1))
 
 
-@pytest.mark.parametrize("count", [100, 257, *(pytest.param(count, marks=pytest.mark.slow) for count in (101, 256))])
+@pytest.mark.parametrize("count", [101, *(pytest.param(count, marks=pytest.mark.slow) for count in (100, 256, 257))])
 def test_refine_reaches_the_count_and_keeps_the_topology(count: int) -> None:
     mesh = chart_mesh(height=0.2)
     mesh.refine(count)
@@ -224,7 +224,7 @@ def test_a_ball_sees_the_whole_sky():
 def test_the_bottom_of_a_cylinder_sees_the_sky_through_its_top(height):
     """Weighted by slope, a share of sin^2 of the angle between the axis and the edge of the top is open."""
     radius = 30.0
-    turn, up = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 400), np.linspace(0.0, height, 100))
+    turn, up = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 200), np.linspace(0.0, height, 50))
     wall = np.stack([radius * np.cos(turn.ravel()), radius * np.sin(turn.ravel()), up.ravel()], axis=1)
     sky = openness(np.zeros((1, 3)), np.array([[0.0, 0, 1]]), wall)[0]
     assert sky == pytest.approx(radius**2 / (radius**2 + height**2), abs=0.1)

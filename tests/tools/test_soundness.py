@@ -436,8 +436,7 @@ def test_refined_triangles_that_wrinkles_turn_over_are_counted():
 def test_sequences_hold_all_that_is_asked_of_them(face):
     played = [sequence(face, 0, "head-0", index) for index in range(120)]
     for one in played:
-        assert one.rates.min() >= 0.0
-        assert one.rates.max() <= 1.0
+        assert 0.0 <= one.rates.min() <= one.rates.max() <= 1.0
         assert list(one.starts) == sorted(set(one.starts))
         changes = np.flatnonzero((np.diff(one.rates, axis=0, prepend=0.0) != 0.0).any(axis=1))
         covered = {f for part in one.transitions() for f in range(part.start, part.stop)}

@@ -74,8 +74,7 @@ def test_photographs_are_turned_and_scaled_as_the_marks_want(tmp_path):
 def test_marks_lie_on_the_photographs():
     for entry in json.loads(MARKS.read_text()):
         points = np.array([point for line in (*entry["lines"], entry["skin"], *entry["not_skin"]) for point in line])
-        assert points.min() >= 0
-        assert points.max() < wrinkle_detection.SIZE
+        assert 0 <= points.min() <= points.max() < wrinkle_detection.SIZE
 
 
 def test_dark_lines_are_found_on_people_not_seen_before(dark_lines, tmp_path):

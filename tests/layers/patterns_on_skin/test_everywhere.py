@@ -50,8 +50,7 @@ def check(face, layers, strength):
     ("any_face", "strength"),
     [
         (None, 1.0),
-        (None, 0.4),
-        ("makehuman_head_male", 1.0),
+        ("makehuman_head_male", 0.4),
         pytest.param("ict_face_narrow", 0.4, marks=pytest.mark.slow),
     ],
     indirect=["any_face"],
