@@ -16,6 +16,7 @@ import pyvista as pv
 from PIL import Image
 
 from ..anatomy.face import Face
+from ..anatomy.long_hair import STRAND_AT
 from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibers import Fibers
 from ..appearance.flush import MOST, blood
@@ -195,7 +196,7 @@ class VisibleParts:
     def _own(self, frame: pv.PolyData) -> list[Part]:
         parts = []
         for name, mesh in own_parts(self.face, frame).items():
-            kind = "eye_part" if name.startswith("eye") else "skin_part"
+            kind = "eye_part" if name.startswith("eye") else "locks" if STRAND_AT in mesh.point_data else "skin_part"
             parts.append(self._mesh(f"own {name}", mesh, kind, self.face.parts[name].texture is not None))
         return parts
 
@@ -205,6 +206,8 @@ class VisibleParts:
         arrays = {"position": self._same(name, "position", self.box.quantized(points))}
         if kind != "plain":
             arrays["normal"] = self._same(name, "normal", small_normals(_normals(mesh)))
+        if kind == "locks":
+            arrays["strand"] = self._same(name, "strand", np.asarray(mesh.point_data[STRAND_AT], np.float32))
         places = mesh.active_texture_coordinates if textured else None
         if places is not None:
             arrays["texture"] = self._same(name, "texture", np.asarray(places, np.float32))

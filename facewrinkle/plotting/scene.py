@@ -25,6 +25,7 @@ from .lighting import KeyLight
 from .shaders import (
     CLAY_MATERIAL,
     EYE_MATERIAL,
+    LOCKS,
     REACHED,
     RELIEF,
     SKIN_MATERIAL,
@@ -201,8 +202,7 @@ class Scene:
         for name, part in seen.own.items():
             texture, lighting = self._own_textures[name], EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
             strands = name == "hair" and texture is None
-            own = {"material": "hair", "ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
-            look = own if strands else lighting
+            look = {"material": "hair", **LOCKS} if strands else lighting
             part = self._key.on_part(part, posed=True) if strands and self._key is not None else part
             self._put(part, f"{OWN_PREFIX}{name}", texture=texture, **look)
         self._pose(seen.pose)

@@ -15,6 +15,7 @@ highlights are. In software a pixel costs as much as its shader has operations.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -152,7 +153,7 @@ Fields are those of points that are nearest to one of the points scattered on a 
 lattice lies along that plane of the axes which the triangle faces at rest.
 """
 
-HAIR_VERTEX = """//VTK::Light::Impl
+HAIR_VERTEX = """
   {
   vec3 N = normalize(normalVCVSOutput), towards = normalize(-vertexVCVSOutput.xyz);
   vec4 paint = vertexColorVSOutput;
@@ -169,10 +170,13 @@ HAIR_OF_LIGHT = """
   slope = %(slope)s;
   soft += max(slope, 0.0) * lightColor%(number)d;
   softBehind += max(-slope, 0.0) * lightColor%(number)d;
-  mirrored = pow(max(%(mirrored)s, 1e-5), %(power)s);
+  mirrored = pow(max(%(mirrored)s, 1e-5), %(specular_power)s);
   if (slope > 0.0) sharp += mirrored * lightColor%(number)d;
   else sharpBehind += mirrored * lightColor%(number)d;
 """
+
+LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
+"""How locks of long hair reflect light: options of `add_mesh`."""
 
 STRANDED = """
   float level = max(log2(1.5 * fwidth(strand.x)), 0.0), wide = exp2(floor(level));
@@ -333,8 +337,19 @@ class Material:
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
 
 
+def hair_code(lights: int, look: Mapping[str, float]) -> str:
+    """Return VTK's own shading of both sides of hairs at their points, under so many lights, or one at the camera."""
+    shares, shading = {name: f"{share:.6f}" for name, share in look.items()}, ""
+    for k in range(max(lights, 1)):
+        slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
+        if not lights:
+            slope, mirrored = "N.z", "abs(N.z)"
+        shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
+    return HAIR_VERTEX % {**shares, "lights": shading}
+
+
 def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
-    """Draw an actor that has paint with VTK's own shading worked out at its points.
+    """Draw an actor that has paint with VTK's own shading worked out at its points, and white highlights.
 
     A hair is a pixel wide, or little more: there is nothing to be seen between its points. Locks are of many strands.
 
@@ -346,28 +361,18 @@ def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
     strands : bool
         True for a mesh with the array :data:`STRAND_AT`.
     """
-    numbers = range(max(lights, 1))
-    uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in numbers)
+    uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in range(max(lights, 1)))
     uniforms += "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in range(lights))
     inputs = "vec3 inFront;\n{0} vec3 behind;\n{0} float opaque;\n"
-    names = {"ambient": "ambient", "diffuse": "diffuse", "power": "specular_power"}
-    shares = {name: f"{getattr(actor.prop, own):.6f}" for name, own in names.items()}
-    highlight = actor.prop.specular * np.array(actor.prop.specular_color.float_rgb)
-    shares["specular"] = "vec3({:.6f}, {:.6f}, {:.6f})".format(*highlight)
-    shading = ""
-    for k in numbers:
-        slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
-        if not lights:
-            slope, mirrored = "N.z", "abs(N.z)"
-        shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
     outputs = f"//VTK::Normal::Dec\n{uniforms}out {inputs.format('out')}"
-    code, vertex, color = "", HAIR_VERTEX, "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
+    code, color = "", "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
+    vertex = f"//VTK::Light::Impl\n{hair_code(lights, {name: getattr(actor.prop, name) for name in LOCKS})}"
     if strands:
-        code, vertex = STRANDED, f"{HAIR_VERTEX}  strand = {STRAND_AT}MC;\n"
+        code, vertex = STRANDED, f"{vertex}  strand = {STRAND_AT}MC;\n"
         inputs += "{0} vec2 strand;\n"
         outputs += f"in vec2 {STRAND_AT}MC;\nout vec2 strand;\n"
     actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
-    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", vertex % {**shares, "lights": shading})
+    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", vertex)
     actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")
     _shade(actor, f"//VTK::Light::Impl\n  fragOutput0 = {color};\n{code}", textured=False, cut=strands)
 

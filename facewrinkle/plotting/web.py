@@ -19,7 +19,7 @@ from ..geometry.depth_buffer import FADE, GRAZING, RAISED, on_disk
 from ..geometry.smooth_split import LARGEST, ROUNDS
 from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP, WET
 from .scene import BACKGROUND
-from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
+from .shaders import EYE_MATERIAL, LOCKS, SKIN_MATERIAL, STRANDED, TEETH_MATERIAL, hair_code
 from .views import LIGHTS, VIEW_ANGLE, VIEWS
 from .wet import FULLY_WET, tear_code
 
@@ -53,6 +53,8 @@ def _materials() -> str:
             "skin": SKIN_MATERIAL.code(len(LIGHTS), reached="reached"),
             "eye": EYE_MATERIAL.code(len(LIGHTS)),
             "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
+            "locks": hair_code(len(LIGHTS), LOCKS),
+            "strands": STRANDED,
         },
         "LIGHTS": [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS],
         "KEY": {

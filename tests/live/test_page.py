@@ -9,7 +9,7 @@ picks                             | VTK's ray through the same pixel
 patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the outline, and the skin          | that of pictures; its rims are those of the frame
-the picture                       | that of `Scene` with the same camera
+the picture, and long hair         | those of `Scene` with the same camera
 shares of the key light            | those of `Lamp`
 names of controls                 | every one has one
 colors, dark and light            | the contrast of WCAG
@@ -40,6 +40,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from studio_pages import document, head_files, port, until
 
+from facewrinkle import default_face
 from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
@@ -472,6 +473,26 @@ def test_the_page_shows_what_pictures_show(page, studio):
 def details(image):
     """What differs from its surroundings within eight pixels."""
     return image - gaussian_filter(image, (8.0, 8.0, 0.0))
+
+
+def test_long_hair_is_that_of_pictures(opened):
+    """Its light, its strands, and where they end."""
+    face = default_face({"hair_length": 0.5, "hair_combed": -0.3})
+    with Studio(face, browser=False) as studio:
+        page = opened(studio.url)
+        page.emulate_media(color_scheme="dark")
+        page.evaluate("app.view.camera.turn(-0.6, 0.2); app.view.request(true)")
+        shown(page, studio)
+        mine = picture(page)
+        view = view_of(Look(view=page.evaluate("app.cameraNumbers()")), face)
+        with Scene(face, Style((mine.shape[1], mine.shape[0]), view)) as scene:
+            theirs = np.asarray(scene.picture(studio.frame()), float)
+    height, width = mine.shape[:2]
+    hair = slice(height // 8, height // 2), slice(13 * width // 20, 16 * width // 20)
+    light = np.abs(gaussian_filter(mine - theirs, (4.0, 4.0, 0.0)))[hair]
+    strands = [details(each)[hair].ravel() for each in (mine, theirs)]
+    assert np.percentile(light, 99) < 16.0  # 38 if it is lit as skin is
+    assert np.corrcoef(strands)[0, 1] > 0.6
 
 
 def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):

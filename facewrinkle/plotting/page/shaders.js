@@ -206,6 +206,38 @@ in vec4 tint;
 out vec4 result;
 void main() { result = tint; }`;
 
+const LOCKS_VERTEX = `${START}${CAMERA}
+in vec3 position, color;
+in vec4 small_normal;
+in vec2 strand_at;
+out vec3 inFront, behind;
+out float opaque;
+out vec2 strand;
+vec3 place, normal;
+${lights}${IN_SHADE}
+void main() {
+  vec4 vertexVCVSOutput = view * vec4(low + size * position, 1.0);
+  vec3 normalVCVSOutput = mat3(view) * small_normal.xyz;
+  place = vertexVCVSOutput.xyz;
+  normal = normalVCVSOutput;
+  vec4 vertexColorVSOutput = vec4(in_shade(color), 1.0);
+  ${MATERIALS.locks}
+  strand = strand_at;
+  gl_Position = projection * vertexVCVSOutput;
+}`;
+
+const LOCKS_FRAGMENT = `${START}
+in vec3 inFront, behind;
+in float opaque;
+in vec2 strand;
+out vec4 result;
+void main() {
+  vec4 fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opaque);
+  ${MATERIALS.strands}
+  if (fragOutput0.a < 0.5) discard;
+  result = fragOutput0;
+}`;
+
 const LINE_VERTEX = `${START}${CAMERA}
 in vec3 position;
 void main() {
@@ -289,6 +321,7 @@ const SOURCES = {
   eye_part: [MESH_VERTEX, shaded("eye", ownColor("in_shade(tint)"), OWN_INPUTS + IN_SHADE)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}`)],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
+  locks: [LOCKS_VERTEX, LOCKS_FRAGMENT],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
   shadow: [SHADOW_VERTEX, EMPTY_FRAGMENT],
   lit: [LIT_VERTEX, EMPTY_FRAGMENT],
@@ -301,7 +334,7 @@ const SOURCES = {
 /** Places of attributes, the same in all programs. */
 export const PLACES = {
   position: 0, small_normal: 1, color: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
-  under: 10, thickness: 11, reach: 12, blood: 13, lit: 14,
+  under: 10, thickness: 11, reach: 12, blood: 13, lit: 14, strand_at: 15,
 };
 
 /** Compile a program, with its uniforms by name; code of `wrinkled(normal, place, texture_at)` draws wrinkle maps. */

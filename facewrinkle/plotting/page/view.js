@@ -14,6 +14,7 @@ const ATTRIBUTES = { // array of a part: attribute, components, normalized
   position: ["position", 3, true], normal: ["small_normal", 4, true], color: ["color", 3, true],
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
   under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true], blood: ["blood", 1, true], lit: ["lit", 1, false],
+  strand: ["strand_at", 2, false],
 };
 const LIGHT_GROUND = ["#c9ced4", "#e6e9ec"]; // of pages in light colors
 const RISE = [0.0016, 0.004]; // of an arc over an edge that is drawn straight, in distances between the pupils; and of one in software's fewer pixels
@@ -49,7 +50,7 @@ export class View extends Picking {
   setUp() {
     const gl = this.gl = this.canvas.getContext("webgl2", { antialias: !this.software, alpha: false, preserveDrawingBuffer: false });
     this.programs = Object.fromEntries(
-      ["skin", "skin_part", "rim", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+      ["skin", "skin_part", "rim", "teeth", "eye_part", "eye", "plain", "locks", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
     this.shadow = new Shadow(gl);
     this.mean = this.software ? new Mean(gl) : null; // else the card does it, while the face moves, too
     this.parts = new Map();
@@ -381,7 +382,7 @@ export class View extends Picking {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
     for (const part of of("skin")) this.drawSkin(part);
-    for (const part of of("skin_part", "rim", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
+    for (const part of of("skin_part", "locks", "rim", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
     for (const part of of("eye")) this.drawEye(part);
     gl.enable(gl.BLEND);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
