@@ -455,7 +455,7 @@ class Scene:
         if isinstance(material, Material) and not quick:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
-        actor.prop.interpolation = "phong"
+        actor.prop.interpolation, actor.prop.specular_color = "phong", "white"  # not that of the theme, light blue
         self._actors[name] = actor
         textured = "texture" in options
         if material == "hair":
