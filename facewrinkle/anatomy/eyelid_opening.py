@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import unit
-from ..geometry.topology import unique_edges
+from ..geometry.topology import connected, unique_edges
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame
 from .parts import Part, given_eye
@@ -130,6 +130,17 @@ class EyelidOpening:
     def rim(self, along: Array, upper: BoolArray) -> Array:
         """Distance of the upper margin, or else the lower, from the centre of the eye at places between the canthi."""
         return np.where(upper, *(np.interp(along, at, distance) for at, _, distance in self.rims))
+
+    def lining(self, points: Array, triangles: IntArray, normals: Array) -> BoolArray:
+        """True (n,) for vertices that face the ball and are connected through such vertices with those nearest to the
+        margins: the lining of the socket, and not the side of the nose.
+        """
+        facing = ((points - self.eye.centre) * normals).sum(axis=1) < 0.0
+        edges = unique_edges(triangles)[0]
+        piece = connected(edges[facing[edges].all(axis=1)], len(points))
+        margins = points[np.concatenate([self.upper, self.lower])]
+        nearest = cKDTree(points[facing]).query(margins)[1]
+        return np.asarray(facing & np.isin(piece, piece[facing][nearest]))
 
     def behind(self, points: Array, lining: BoolArray) -> Array:
         """Depth (n,) of points between the lids or on the lining of the socket: 0 at the margins, 1 on the ball."""

@@ -84,10 +84,8 @@ class SkinPainter:
         self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(40.0))
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
-        self._tree, normals = cKDTree(face.points), face.normals
-        self._facing = [  # True for vertices that face the ball
-            ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
-        ]
+        self._tree = cKDTree(face.points)
+        self._sockets = [opening.lining(face.points, face.triangles, face.normals) for opening in self._openings]
         where = face.frame.local_mm(face.points)
         ear, top = (face.frame.local_mm(face.landmarks[name]) for name in ("zygion_l", "trichion"))
         # A mesh is a whole head if it reaches far above the hairline and behind the ears.
@@ -113,8 +111,8 @@ class SkinPainter:
             for tint, begin, over in CAVITY_COLORS:
                 color += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - color)
         away, nearest = self._tree.query(points)
-        for opening, facing in zip(self._openings, self._facing, strict=True):
-            behind = opening.behind(points, facing[nearest] & (away == 0.0))
+        for opening, socket in zip(self._openings, self._sockets, strict=True):
+            behind = opening.behind(points, socket[nearest] & (away == 0.0))
             strength = smoothstep(behind / 0.3) * (0.75 + 0.25 * behind)  # whole at the ball
             color += strength[:, None] * (flesh(behind) - color)
         return np.asarray(np.rint(color), dtype=np.uint8)

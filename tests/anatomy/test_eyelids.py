@@ -9,7 +9,7 @@ from skins import held, settled
 from synthetic_faces import BACK_EDGE, BALL, head_with, head_with_balls, ring
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyelid_opening import EYE_WIDTH, LINING_DEPTH, eyelid_opening, place_eyeballs
+from facewrinkle.anatomy.eyelid_opening import EYE_DEPTH, EYE_WIDTH, LINING_DEPTH, eyelid_opening, place_eyeballs
 from facewrinkle.anatomy.eyelids import OVERLAP, lid_weights
 from facewrinkle.anatomy.face import Face
 from facewrinkle.geometry.topology import boundary_loops, unique_edges
@@ -104,6 +104,21 @@ def test_skin_behind_thick_lids_is_deep():
         assert len(lining) > 10
         np.testing.assert_array_equal(depth[lining], LINING_DEPTH)
         assert depth[face.mesh.find_closest_point(face.landmarks[f"malar_{eye.side}"])] == 0.0
+
+
+def test_a_high_side_of_the_nose_that_faces_the_eye_is_no_lining_of_its_socket():
+    face = head_with("sockets")
+    beside = np.linalg.norm(face.points - face.landmarks["sellion"], axis=1) < 10.0
+    toward = np.where(beside[:, None], -face.normals, face.normals)
+    for eye in face.eyes:
+        opening = face.eyelid_openings[eye.side]
+        assert (((face.points - eye.centre) * toward).sum(axis=1)[beside] < 0.0).sum() > 10
+        lining = opening.lining(face.points, face.triangles, toward)
+        assert not lining[beside].any()
+        inside = ring("sockets", 3)
+        own = np.linalg.norm(face.points[inside] - eye.centre, axis=1) < EYE_DEPTH * eye.radius
+        assert own.sum() > 10
+        assert lining[inside[own]].all()
 
 
 @pytest.mark.parametrize("rings", [((0.8, 3.0), (0.4, 5.0)), ((0.9, -1.0), (0.5, -3.0)), ((0.7, 6.5), (0.3, 7.5))])
