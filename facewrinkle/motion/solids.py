@@ -121,8 +121,9 @@ class Solids(NamedTuple):
 def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Samples]:
     """Return the eyeballs and the dental arches, and the samples that meet them.
 
-    Eyeballs push off skin as far as there is room at rest between the margins of the lids and the ball; the middles of
-    edges are samples, too, as chords cut the balls most. The dental arches are half cylinders that end at the edges of
+    Eyeballs push off skin as far as there is room at rest between the margins of the lids and the ball, but not the
+    lining of sockets behind their middle, which nobody sees; the middles of edges are samples, too, as chords cut the
+    balls most. The dental arches are half cylinders that end at the edges of
     the incisors: the upper one is part of the skull, the lower one goes with the mandible. A mouth that does not open
     has none.
 
@@ -149,7 +150,8 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     found: list[Samples] = []
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
-        near = np.linalg.norm(points - centre, axis=1) < 1.6 * radius  # skin farther away cannot meet it
+        offset = points - centre
+        near = (np.linalg.norm(offset, axis=1) < 1.6 * radius) & (offset @ eye.gaze > 0.0)  # other skin cannot meet it
         room = (1.0 / LID_ROOM - 1.0) * radius
         found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
         solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))

@@ -20,6 +20,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from skins import assert_gradient, held
+from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
@@ -175,6 +176,18 @@ def test_rest_is_off_everything_by_its_slack(skin):
         assert room.min() >= SLACK - 1e-12
     np.testing.assert_allclose(skin.contacts.samples.shares.sum(axis=1), 1.0)
     assert (skin.contacts.samples.stiffness > 0.0).all()
+
+
+def test_the_lining_of_sockets_behind_the_middle_of_the_eyes_meets_nothing():
+    head = head_with("sockets")
+    _, samples = met_solids(head, np.ones(len(head.points)))
+    places = np.einsum("kc,kcx->kx", samples.shares, head.points_mm[samples.corners])
+    for k, eye in enumerate(head.eyes):
+        ahead = (places[samples.partners[:, 0] == -1 - k] - eye.centre * head.unit) @ eye.gaze
+        behind = (head.points[ring("sockets", 4)] - eye.centre) @ eye.gaze < 0.0
+        assert behind.sum() > 10
+        assert len(ahead) > 100
+        assert ahead.min() > 0.0
 
 
 def test_solids_go_with_the_mandible(face, skin):
