@@ -403,4 +403,4 @@ def _between(points: Array, along: Array) -> Array:
     from scipy.interpolate import make_interp_spline
 
     place = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    return np.asarray(make_interp_spline(place / place[-1], np.eye(len(points)), k=3)(along))
+    return np.asarray(make_interp_spline(place / place[-1], np.eye(len(points)), k=min(3, len(points) - 1))(along))

@@ -1,9 +1,13 @@
 """Brows and lashes: they go with the skin, and stay on it."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from drawing import held
+from eyelids_of_faces import rims
 
+from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.hair import Brows, Lashes
 from facewrinkle.mesh import to_polydata
 
@@ -88,3 +92,21 @@ def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
         brows.lines(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
     )
     np.testing.assert_array_equal(aside.points, on_skin.points)
+
+
+def test_lashes_grow_on_lids_of_few_vertices(face):
+    """The opening of a coarse head has as few as four: its corners, and a place of each lid."""
+    added = []
+    for rim in rims(face):
+        rim = np.roll(rim, -int(np.argmin(face.points[rim] @ face.frame.axes[0])))
+        n, end = len(rim), int(np.argmax(face.points[rim] @ face.frame.axes[0]))
+        corners = [0, end // 2, end, (end + n) // 2, n]
+        for a, b in pairwise(corners):
+            added += [[rim[a], rim[(k + 1) % n], rim[k]] for k in range(a + 1, b)]
+    coarse = Face.from_landmarks(
+        to_polydata(face.points, np.vstack([face.triangles, added]).astype(np.int32)), face.landmarks, 1.0
+    )
+    for eye in coarse.eyes:
+        opening = coarse.eyelid_openings[eye.side]
+        assert max(len(opening.upper), len(opening.lower)) < 4
+        assert np.isfinite(Lashes(eye, coarse).lines(coarse.points).points).all()
