@@ -279,17 +279,18 @@ def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | 
     from .finding.template import UNMEASURED
 
     found = find_landmarks(source, progress=progress, given=given)
+    likeness = np.floor(100.0 * found.confidence) / 100.0  # messages must not round it up to the limit it misses
     if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
-            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
+            f"no face was found on the mesh: likeness {likeness:.2f}, at least {REFUSED:.2f} is needed. If it "
             "has one, give landmarks: three that are not in a line say where it is, and with all of these, on one side "
             f"at least, nothing is searched: {', '.join(missing)}. Mirror half a face, and join both halves, first. "
             "Patterns and tears go on any other mesh: facewrinkle.surface(mesh)."
         )
     if found.confidence < DOUBTED:
         warn(
-            f"this may not be a face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
+            f"this may not be a face: likeness {likeness:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong."
         )
     unsure = [
