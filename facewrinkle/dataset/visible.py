@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, IntArray
-from ..geometry import compiled, interpolated, rasterize
+from ..geometry import interpolated, rasterize
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,28 +171,10 @@ class TriangleBuffer:
         """
         local, corners, first = self._meshes[name]
         rows, columns = np.nonzero((self.numbers >= first) & (self.numbers < first + len(corners)))
-        corners = corners[self.numbers[rows, columns] - first]
-        return Hits(rows, columns, corners, *_met(local, corners, rows, columns, np.linalg.inv(self.camera.intrinsic)))
-
-
-@compiled
-def _met(local, corners, rows, columns, inverse):  # type: ignore[no-untyped-def]
-    """The weights (p, 3) and the distance (p,) of the places where the rays of pixels meet triangles."""
-    weights, depth = np.empty((len(rows), 3)), np.zeros(len(rows))
-    for p in range(len(rows)):
-        column, row = columns[p] + 0.5, rows[p] + 0.5
-        x = inverse[0, 0] * column + inverse[0, 1] * row + inverse[0, 2]
-        y = inverse[1, 0] * column + inverse[1, 1] * row + inverse[1, 2]
-        total, kept = 0.0, 0.0
-        for k in range(3):
-            a, b = local[corners[p, (k + 1) % 3]], local[corners[p, (k + 2) % 3]]
-            volume = (a[1] * b[2] - a[2] * b[1]) * x + (a[2] * b[0] - a[0] * b[2]) * y + a[0] * b[1] - a[1] * b[0]
-            weights[p, k] = volume
-            total += volume
-        for k in range(3):
-            weights[p, k] = 1.0 if abs(total) < 1e-300 else max(weights[p, k] * np.sign(total), 0.0)
-            kept += weights[p, k]
-        for k in range(3):
-            weights[p, k] /= kept
-            depth[p] += weights[p, k] * local[corners[p, k], 2]
-    return weights, depth
+        own, placed = self.numbers[rows, columns] - first, local[corners]
+        opposite = np.cross(placed[:, [1, 2, 0]], placed[:, [2, 0, 1]])  # whose products with a ray are the volumes
+        weights = np.einsum("pkd,pd->pk", opposite[own], self.camera.rays(rows, columns))
+        total = weights.sum(axis=1, keepdims=True)
+        weights = np.where(np.abs(total) < 1e-300, 1.0, np.maximum(weights * np.sign(total), 0.0))
+        weights /= weights.sum(axis=1, keepdims=True)
+        return Hits(rows, columns, corners[own], weights, (weights * placed[own, :, 2]).sum(axis=1))
