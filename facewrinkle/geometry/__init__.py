@@ -25,6 +25,7 @@ from .interpolation import (
     surface_samples,
 )
 from .laplacian import cotangent_laplacian, graph_laplacian, neighbor_mean, symmetric_factors
+from .least_squares import closest_rotations, rigid_motion
 from .normals import (
     area_vector,
     area_vectors,
@@ -39,7 +40,6 @@ from .normals import (
     vertex_normals,
 )
 from .refinement import Change, RedGreenForest, frozen
-from .rigid_alignment import closest_rotations, rigid_motion
 from .topology import (
     boundary_loops,
     components,

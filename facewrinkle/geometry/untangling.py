@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from ..array_types import Array, BoolArray, IntArray
 from .compilation import compiled
+from .least_squares import closest_rotations
 from .normals import area_vector, area_vectors
-from .rigid_alignment import closest_rotations
 
 LEFT = 0.05
 """The smallest share of a triangle's area that a displacement may leave, seen along its normal."""

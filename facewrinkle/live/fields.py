@@ -20,9 +20,6 @@ from ..plotting.fields import FIELD_COLORS, values_of
 from .protocol import Part
 from .visible_parts import VisibleParts
 
-NOTHING = 65535
-"""The number of vertices where a field means nothing."""
-
 FIELDS = ("W", "epsilon", "lambda", "gamma", "theta", "split_gamma", "muscle", "family", "level")
 """Fields that a page can show."""
 
@@ -49,9 +46,10 @@ def colored(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence
     if names:
         present = np.unique(values[some]).astype(int)
         info["names"] = {int(each): names[each] for each in present if 0 <= each < len(names)}
-    numbers = np.full(len(values), NOTHING, np.uint16)
+    nothing = 65535
+    numbers = np.full(len(values), nothing, np.uint16)
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
-    numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
+    numbers[some] = np.rint(share * (nothing - 1)).astype(np.uint16)
     return Part("field", "field", {"value": numbers[parts.origin]}, {**info, "range": [float(low), float(high)]})
 
 

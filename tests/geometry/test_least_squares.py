@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from facewrinkle.errors import FaceWrinkleWarning, FitWarning
 from facewrinkle.geometry import least_squares
-from facewrinkle.geometry.least_squares import monomials, moving_least_squares
-from facewrinkle.geometry.rigid_alignment import closest_rotations, rigid_motion
+from facewrinkle.geometry.least_squares import closest_rotations, monomials, moving_least_squares, rigid_motion
 
 
 def cloud(n, d, seed=0):

@@ -45,9 +45,6 @@ MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 COMPRESSED = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
 """Extensions, and the packages that decode them."""
 
-KNOWN = re.compile("KHR_(mesh_quantization|materials_|lights_|texture_)|EXT_texture_|MSFT_texture_|VRM")
-"""Other extensions without which the triangles are as they should be; images that cannot be read are told."""
-
 AT_ONCE, PER_BYTE = 2**29, 64
 """Bytes that the numbers of a file may take, as doubles, and the further ones for each byte of its buffers."""
 
@@ -89,10 +86,12 @@ class Document:
             raise self.broken("it holds no glTF") from None
         if not str(version).startswith("2"):
             raise MeshError(f"{path.name} is glTF {version}; 2.0 is needed. Export it again.")
+        # Without these extensions triangles are as they should be; images that cannot be read are told.
+        needless = "KHR_(mesh_quantization|materials_|lights_|texture_)|EXT_texture_|MSFT_texture_|VRM"
         for extension in self.file.get("extensionsRequired") or []:
             if extension in COMPRESSED:
                 decoder(extension, path.name)
-            elif not KNOWN.match(str(extension)):
+            elif not re.match(needless, str(extension)):
                 warn(f"{path.name} says that it needs {extension}, which is not known here and is left out.")
         self._left = AT_ONCE
         self._buffers: dict[int, bytes] = {}

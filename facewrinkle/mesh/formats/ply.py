@@ -18,23 +18,6 @@ from ..arrays import COLORS
 from ..surface import Piece, Surface
 from .polygons import image_place, split_polygons, textured
 
-NUMBERS = {
-    name: kind
-    for names, kind in {
-        "char int8": "i1",
-        "uchar uint8": "u1",
-        "short int16": "i2",
-        "ushort uint16": "u2",
-        "int int32": "i4",
-        "uint uint32": "u4",
-        "float float32": "f4",
-        "double float64": "f8",
-    }.items()
-    for name in names.split()
-}
-ORDERS = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
-COORDINATES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
-
 LENGTH = " length"
 """Ending of the columns with the lengths of lists; no name of a property has a blank."""
 
@@ -88,6 +71,10 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, str, by
     found = re.match(rb"ply" + line_end + rb"(.*?)(?<=[\r\n])end_header" + line_end, data, re.DOTALL)
     if found is None:
         raise _broken(path, "it has no header from 'ply' to 'end_header'")
+    kinds = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
+    names = "char uchar short ushort int uint float double int8 uint8 int16 uint16 int32 uint32 float32 float64"
+    kind_of = dict(zip(names.split(), 2 * kinds, strict=True))
+    order_of = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
     elements: list[Element] = []
     orders: list[str | None] = []
     images = [""]
@@ -95,13 +82,13 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, str, by
         try:
             match line.split():
                 case ["format", name, *_]:
-                    orders.append(ORDERS[name])
+                    orders.append(order_of[name])
                 case ["element", name, count]:
                     elements.append((name, int(count), []))
                 case ["property", "list", length, kind, name]:
-                    elements[-1][2].append((name, NUMBERS[kind], NUMBERS[length]))
+                    elements[-1][2].append((name, kind_of[kind], kind_of[length]))
                 case ["property", kind, name]:
-                    elements[-1][2].append((name, NUMBERS[kind], None))
+                    elements[-1][2].append((name, kind_of[kind], None))
                 case ["comment", "TextureFile", _, *_]:
                     images.append(line.split(None, 2)[2].strip())
                 case [] | ["comment" | "obj_info", *_]:
@@ -190,7 +177,7 @@ def _texture(
     vertex: Columns, face: Lists, lengths: np.ndarray, numbers: np.ndarray, n_points: int
 ) -> np.ndarray | None:
     """Texture coordinates (c, 2) of the corners of all polygons."""
-    for u, v in COORDINATES:
+    for u, v in (("u", "v"), ("s", "t"), ("texture_u", "texture_v")):
         if u in vertex and v in vertex:
             return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64)[numbers]
     sizes, values = face.get("texcoord", (lengths, lengths))

@@ -23,10 +23,6 @@ _COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
 _POLYPAINT = re.compile(r"#MRGB (?:[\da-f]{8})+\s*$", re.IGNORECASE)
 """A comment of ZBrush with the mask and the color of points, eight digits each."""
 
-_OPTION = re.compile(
-    r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
-)
-
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Split polygons into triangles (m, 3), given as numbers of corners.
@@ -365,6 +361,10 @@ def _library_files(folder: Path, library: str) -> list[Path | None]:
 
 def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str]:
     """Names of the images (`map_Kd`) of the materials in MTL files of a folder; missing files are ignored."""
+    option = (
+        r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)"
+        r"\s+"
+    )
     images: dict[str, str] = {}
     for library in dict.fromkeys(libraries):
         for file in dict.fromkeys(_library_files(folder, library)):
@@ -373,6 +373,6 @@ def images_of_materials(folder: Path, libraries: Iterable[str]) -> dict[str, str
                 word, *rest = line.strip().split(None, 1) or [""]
                 if word == "newmtl":
                     current = " ".join(uncommented(*rest).split()) if rest else ""
-                elif word.lower() == "map_kd" and rest and (name := _OPTION.sub("", rest[0] + " ").strip(' "')):
+                elif word.lower() == "map_kd" and rest and (name := re.sub(option, "", rest[0] + " ").strip(' "')):
                     images[current] = name
     return images

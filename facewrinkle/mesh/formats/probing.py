@@ -13,11 +13,8 @@ from pathlib import Path
 from ...errors import MeshError
 from ...files import is_inside_only
 
-SECONDS, PER_SECOND = 8, 1_000_000
-"""Processor time that reading may take, s, and the bytes of the file for each further second."""
-
-MEMORY, PER_BYTE = 2 * 2**30, 20
-"""Bytes of memory that reading may take, and the further ones for each byte of the file."""
+SECONDS = 8
+"""Processor time that reading a small file may take, s."""
 
 OF_VTK = {
     ".vtk": "vtkIOLegacy.vtkGenericDataObjectReader",
@@ -104,7 +101,7 @@ def probe(path: Path) -> None:
     if not sys.executable or getattr(sys, "frozen", False):
         return
     size, ending = path.stat().st_size, path.suffix.lower()
-    seconds, memory = SECONDS + size // PER_SECOND, MEMORY + PER_BYTE * size
+    seconds, memory = SECONDS + size // 1_000_000, 2 * 2**30 + 20 * size  # at a MB a second, and 20 times the file
     reader = OF_VTK.get(ending)
     # HDF files may link to others in ways that only their library sees.
     alone = is_inside_only() and ending in (".vtkhdf", ".hdf")

@@ -16,8 +16,6 @@ import numpy.typing as npt
 from ...array_types import Array
 from ...errors import MeshError
 
-_SIZE = re.compile(rb"-Y (\d{1,9}) \+X (\d{1,9})\n")
-
 
 def radiance_of(data: bytes, name: str) -> Array:
     """Return the radiance (h, w, 3) of the bytes of a Radiance file, the uppermost row first.
@@ -36,7 +34,7 @@ def radiance_of(data: bytes, name: str) -> Array:
     [[[1.0, 0.0, 0.0], [0.25, 0.25, 0.25]]]
     """
     header, _, rest = data.partition(b"\n\n")
-    size = _SIZE.match(rest)
+    size = re.match(rb"-Y (\d{1,9}) \+X (\d{1,9})\n", rest)
     if not header.startswith((b"#?RADIANCE", b"#?RGBE")) or b"32-bit_rle_xyze" in header or size is None:
         raise _unread(name, "it has no header of a picture in RGBE whose first row is the uppermost")
     height, width = int(size[1]), int(size[2])

@@ -27,7 +27,6 @@ GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
 READERS = {".obj": read_obj, ".off": read_off, ".stl": read_stl, ".ply": read_ply}
 SCENES = {**dict.fromkeys(GLTF, read_gltf_file), **dict.fromkeys(USD, read_usd_file)}
-READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtm, .vtkhdf), USD"
 
 
 class HasMeshes(Protocol):
@@ -147,7 +146,10 @@ def _read_by_ending(path: Path) -> Surface:
     if path.suffix == ".face":
         raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
-    raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
+    raise MeshError(
+        f"{path.name}: there is no reader {ending}. Export the mesh as one of: OBJ, OFF, PLY, STL, glTF, VTK (.vtk, "
+        ".vtp, .vtm, .vtkhdf), USD."
+    )
 
 
 def _read_with_vtk(path: Path) -> Any:

@@ -15,12 +15,6 @@ from .merging import srgb
 from .polygons import polygon_triangles
 from .probing import probe
 
-COORDINATES = ("st", "UVMap", "st0", "uv")
-"""Names of texture coordinates, in order of preference; else the first of another name is taken."""
-
-COLOR_INPUTS = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
-"""Names of the color inputs of shaders, without underscores: of the preview surface, MaterialX and MDL."""
-
 
 def read_usd_file(path: Path) -> list[Surface]:
     """Read the triangles of all meshes that are drawn on the stage of a USD file.
@@ -145,10 +139,12 @@ def _images(mesh: Any, count: int) -> np.ndarray:
 
 def _image_of_material(material: Any) -> str:
     """The image file that gives a material its color, "" for none."""
+    # Of the preview surface, MaterialX and MDL.
+    inputs = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
     for context in ("", "mdl") if material else ():
         shader = material.ComputeSurfaceSource(context)[0]
         for source in shader.GetInputs() if shader else ():
-            if source.GetBaseName().lower().replace("_", "") in COLOR_INPUTS and (file := _file(source)):
+            if source.GetBaseName().lower().replace("_", "") in inputs and (file := _file(source)):
                 return file
     return ""
 
@@ -168,10 +164,10 @@ def _file(source: Any, depth: int = 8) -> str:
 
 
 def _texture(mesh: Any, split: np.ndarray, vertices: np.ndarray, time: Any, usd: Any) -> np.ndarray | None:
-    """Texture coordinates (m, 3, 2) of the corners of the triangles."""
+    """Texture coordinates (m, 3, 2) of the corners of the triangles: those of the first usual name, else any."""
     primvars = usd.PrimvarsAPI(mesh.GetPrim())
     others = [primvar for primvar in primvars.GetPrimvars() if primvar.GetTypeName().role == "TextureCoordinate"]
-    for primvar in (*(primvars.GetPrimvar(name) for name in COORDINATES), *others):
+    for primvar in (*(primvars.GetPrimvar(name) for name in ("st", "UVMap", "st0", "uv")), *others):
         values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
         if values is None:
             continue
