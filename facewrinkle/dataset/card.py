@@ -23,25 +23,6 @@ MEAN = "mean.png"
 IDENTITY = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris", "hair_length"))
 """Columns of the tables about people that the card counts."""
 
-BIASES = """\
-- Drawn at random, each by itself: shape, age, colors and skin tone of a person, expression, gaze, tears, fine lines,
-  camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
-- All people with the built-in head have its topology. Hair is shaved, cropped, falls from a parting to the neck at
-  most, or is tied back. Missing are other haircuts, long beards, make-up, glasses, jewellery, hats and clothes: necks
-  are bare.
-- The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
-- Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
-- Pictures are rasterized: skin and long hair cast shadows of the key light alone, and no light scatters under the
-  skin. No hand and no strand of hair is in front of a face; cameras have no noise, blur or distortion.
-- Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
-  specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
-- What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
-  in front of faces, noise and blur (domain randomization), or with photographs beside them.
-- Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
-- A U-Net that learnt from 4,500 such pictures, much varied, was tried on five photographs: in whole pictures its
-  average precision was 0.27 (0.03 for the best ridge filter), on skin outlined by hand 0.33 (0.38 for the filter).
-"""
-
 
 def write_card(folder: Path, spec: Spec, count: int) -> None:
     """Write README.md, and the mean picture that it shows."""
@@ -176,7 +157,23 @@ their sums, and makes some samples again.
 
 ## Known biases and limits
 
-{BIASES}
+- Drawn at random, each by itself: shape, age, colors and skin tone of a person, expression, gaze, tears, fine lines,
+  camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
+- All people with the built-in head have its topology. Hair is shaved, cropped, falls from a parting to the neck at
+  most, or is tied back. Missing are other haircuts, long beards, make-up, glasses, jewellery, hats and clothes: necks
+  are bare.
+- The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
+- Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
+- Pictures are rasterized: skin and long hair cast shadows of the key light alone, and no light scatters under the
+  skin. No hand and no strand of hair is in front of a face; cameras have no noise, blur or distortion.
+- Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
+  specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
+- What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
+  in front of faces, noise and blur (domain randomization), or with photographs beside them.
+- Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
+- A U-Net that learnt from 4,500 such pictures, much varied, was tried on five photographs: in whole pictures its
+  average precision was 0.27 (0.03 for the best ridge filter), on skin outlined by hand 0.33 (0.38 for the filter).
+
 ## Specification
 
 ```json

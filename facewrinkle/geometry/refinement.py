@@ -22,9 +22,6 @@ from ..errors import MeshError, check_range
 from . import _forest_kernels as kernels
 from .topology import as_triangles, unique_edges
 
-DEEPEST = 52
-"""The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
-
 
 @dataclass(frozen=True)
 class Change:
@@ -96,7 +93,8 @@ class RedGreenForest:
         base = as_triangles(triangles, n_points).copy()
         n0 = int(base.max()) + 1 if n_points is None else n_points
         ends, sides = unique_edges(base)
-        self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
+        deepest = 52  # weights of level L are multiples of 2^-L: after more halvings they would no longer be exact
+        self.max_level = deepest if max_level is None else int(check_range("max_level", max_level, 0, deepest))
         self._base = base
         self._nodes = _table(len(base), kernels.NODE_WIDTH)
         self._edges = _table(len(ends), kernels.EDGE_WIDTH)

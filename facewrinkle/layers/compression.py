@@ -356,19 +356,15 @@ class Activation:
         change = interpolated(now, self._corners, self._weights)[self._point] * self._products
         epsilon, (values, *_) = shortening(change.sum(axis=1)), principal(now, *self._basis)
         most = interpolated(np.clip(-values[:, :1], 0.0, 1.0), self._corners, self._weights)[self._point, 0]
+        shorter = np.maximum(epsilon, 0.0)
+        # Of the squares of lengths: at an angle to the compression, cos^2 times as much.
+        lost = shorter * (2.0 - shorter)
         mean, ours, largest = (
-            np.bincount(self._muscle, self._share * each, self._count)
-            for each in (np.maximum(epsilon, 0.0), _lost(epsilon), most)
+            np.bincount(self._muscle, self._share * each, self._count) for each in (shorter, lost, most)
         )
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
         aslant, across = 0.45, 0.6  # of the largest compression: up to where skin does not fold along, and from where
         return smoothstep((mean - SLACK) / (FULL - SLACK)) * smoothstep((aligned - aslant) / (across - aslant))
-
-
-def _lost(compression: Array) -> Array:
-    """The share by which the square of a length shrinks; at an angle to the compression, cos^2 times as much."""
-    shorter = np.maximum(compression, 0.0)
-    return np.asarray(shorter * (2.0 - shorter))
 
 
 def _entries(

@@ -77,7 +77,6 @@ Kind = Literal["shape", "unit", "intensity", "evidence", "presence", ""]
 
 _SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}
 _SIDED = {name for shapes in SETS.values() for name, shape in shapes.items() if shape.side}
-_UNIT = re.compile(r"au0*(\d+)(l|r|left|right)?(intensity|intensities|evidence)?")
 
 
 @cache
@@ -109,9 +108,9 @@ def shapes_of_column(column: str) -> tuple[str, ...]:
 
 def _unit(column: str) -> re.Match[str] | None:
     """Match the name of an action unit. The r of OpenFace's AU12_r is no side, but that of AU12R and AU12_R is."""
-    plain = plain_name(column)
-    found = _UNIT.fullmatch(plain)
-    return _UNIT.fullmatch(plain[:-1] + "intensity") if found and column.endswith("_r") else found
+    unit, plain = r"au0*(\d+)(l|r|left|right)?(intensity|intensities|evidence)?", plain_name(column)
+    found = re.fullmatch(unit, plain)
+    return re.fullmatch(unit, plain[:-1] + "intensity") if found and column.endswith("_r") else found
 
 
 @cache

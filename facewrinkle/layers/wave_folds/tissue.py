@@ -12,24 +12,6 @@ from ...array_types import Array
 from ...geometry import smoothstep
 from ..compression import dyads
 
-THICKNESS = {
-    "forehead_mid": 1.22,
-    "glabella": 1.22,
-    "brow_mid": 1.22,
-    "brow_outer": 1.11,
-    "eye_outer": 0.80,
-    "eye_inner": 0.80,
-    "sellion": 1.17,
-    "nose_tip": 1.17,
-    "malar": 1.20,
-    "zygion": 1.11,
-    "menton": 1.16,
-    "gonion": 1.16,
-}
-"""Thickness of epidermis and dermis at landmarks, mm: high-frequency ultrasound (PMC9205051), mean of both sexes, of
-the forehead, temple, eyelid, back of the nose, cheek bone and below the jaw; each landmark has the value of its region.
-"""
-
 OWN, OTHERS = 1.0, 0.5
 """Share of their depth that lines along an anatomical fold, and lines across it, lose where that fold is deepest."""
 
@@ -52,9 +34,25 @@ over the midline as over the brows.
 def thickness(face: Face) -> Array:
     """Return the thickness (n0,) of epidermis and dermis at the base vertices, mm on a face of average size.
 
-    It is interpolated from the landmarks by the inverse fourth power of the distance.
+    It is interpolated from the landmarks by the inverse fourth power of the distance. There it is that of their region,
+    mean of both sexes, by high-frequency ultrasound (PMC9205051): of the forehead, temple, eyelid, back of the nose,
+    cheek bone and below the jaw.
     """
-    names = {of_side(stem, side): value for stem, value in THICKNESS.items() for side in "lr"}
+    measured = {
+        "forehead_mid": 1.22,
+        "glabella": 1.22,
+        "brow_mid": 1.22,
+        "brow_outer": 1.11,
+        "eye_outer": 0.80,
+        "eye_inner": 0.80,
+        "sellion": 1.17,
+        "nose_tip": 1.17,
+        "malar": 1.20,
+        "zygion": 1.11,
+        "menton": 1.16,
+        "gonion": 1.16,
+    }
+    names = {of_side(stem, side): value for stem, value in measured.items() for side in "lr"}
     known = {name: value for name, value in names.items() if name in face.landmarks}
     if not known:
         return np.full(len(face.points), 1.15)  # the mean

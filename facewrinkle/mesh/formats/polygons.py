@@ -19,10 +19,6 @@ from ...files import bytes_of, sibling_file, text_of
 from ..arrays import COLORS
 from ..surface import Piece, Surface
 
-_COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
-_POLYPAINT = re.compile(r"#MRGB (?:[\da-f]{8})+\s*$", re.IGNORECASE)
-"""A comment of ZBrush with the mask and the color of points, eight digits each."""
-
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Split polygons into triangles (m, 3), given as numbers of corners.
@@ -64,9 +60,10 @@ def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the words of each line that has any, without comments, with continued lines put together."""
+    painted = r"(?i)#MRGB (?:[\da-f]{8})+\s*$"  # a comment of ZBrush: mask and color of points, eight digits each
     words: list[str] = []
     for number, line in enumerate(StringIO(text_of(path), newline=None), start=1):
-        content = line[1:] if _POLYPAINT.match(line) else uncommented(line).rstrip()
+        content = line[1:] if line[0] == "#" and re.match(painted, line) else uncommented(line).rstrip()
         continued = content.endswith("\\")
         words += content.rstrip("\\").split()
         if words and not continued:
@@ -324,7 +321,7 @@ def uncommented(line: str) -> str:
     >>> uncommented("usemtl skin#2 # of the face")
     'usemtl skin#2 '
     """
-    return _COMMENT.sub("", line) if "#" in line else line
+    return re.sub(r"(?s)(?:^|(?<=\s))#.*", "", line) if "#" in line else line
 
 
 def image_place(folder: Path, name: str) -> str:

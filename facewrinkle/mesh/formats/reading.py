@@ -26,7 +26,6 @@ from .usd import read_usd_file
 GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
 READERS = {".obj": read_obj, ".off": read_off, ".stl": read_stl, ".ply": read_ply}
-SCENES = {**dict.fromkeys(GLTF, read_gltf_file), **dict.fromkeys(USD, read_usd_file)}
 
 
 class HasMeshes(Protocol):
@@ -138,8 +137,8 @@ def _read_by_ending(path: Path) -> Surface:
     ending = path.suffix.lower()
     if ending in READERS:
         return checked(READERS[ending](path), path.name)
-    if ending in SCENES:
-        return merged_primitives(SCENES[ending](path), path)[0]
+    if ending in (*GLTF, *USD):
+        return merged_primitives(read_gltf_file(path) if ending in GLTF else read_usd_file(path), path)[0]
     if ending in OF_VTK:
         # The file may have come from anywhere, and name any image.
         return from_dataset(_read_with_vtk(path), path.name).without_images()
