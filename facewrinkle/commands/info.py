@@ -87,7 +87,8 @@ def _of_mesh(path: Path) -> dict[str, str]:
         with reading(path):
             shapes, animations = shapes_of_gltf(path)
         for label, names in shapes.items():
-            rows[f"shapes of {label} ({len(names)})"] = ", ".join(names)
+            first = next(other for other, same in shapes.items() if same == names)  # eyes and teeth repeat the head's
+            rows[f"shapes of {label} ({len(names)})"] = ", ".join(names) if first == label else f"those of {first}"
         rows["animations"] = ", ".join(animations) or "none"
     report = outside_images(source, path) + clean.report
     return rows | _surface(clean.points, clean.triangles, texture is not None, report)

@@ -81,6 +81,16 @@ def test_info_of_an_avatar_describes_its_head(tmp_path, run):
     assert f"triangles {shirt.n_cells} size" in told
 
 
+def test_shapes_that_meshes_share_are_listed_once(tmp_path, run):
+    made, ball = GltfFile(), pv.Sphere(theta_resolution=8, phi_resolution=8)
+    for name, shapes in (("Head", ["smile", "blink"]), ("Teeth", ["smile", "blink"]), ("Eye", ["blink"])):
+        moved = np.zeros((len(shapes), ball.n_points, 3))
+        made.node(name=name, mesh=made.mesh(ball.points, ball.regular_faces, moved, shapes, name=name))
+    made.content["scenes"][0]["nodes"] = [0, 1, 2]
+    told = " ".join(run("info", str(made.glb(tmp_path / "avatar.glb"))).out.split())
+    assert "shapes of Head (2) smile, blink shapes of Teeth (2) those of Head shapes of Eye (1) blink" in told
+
+
 def test_the_atlas_is_printed_and_can_be_given_back(tmp_path, run):
     assert run("atlas").out == DEFAULT_ATLAS.read_text(encoding="utf-8")
     assert main(["atlas", "--out", str(tmp_path / "mine.toml")]) == 0
