@@ -14,6 +14,7 @@ from ..geometry import double_areas, smoothstep, unit, vertex_normals
 from .head import BoundHairs, Head
 from .identity import hair_cover
 from .landmarks import FaceFrame, frame_of
+from .long_hair import towards_tie
 
 SEED = 3
 """All people have the same hairs, in their own colors."""
@@ -37,7 +38,7 @@ def cropped_hair(
     combed : float
         From hair that is longer on top and combed aside (-1), past hair that grows as it does, to hair combed back.
     border : float
-        Width of the border of the scalp, along which alone it grows.
+        Width of the border of the scalp, along which alone it grows, before hair that is tied: it is combed to the tie.
 
     Examples
     --------
@@ -48,7 +49,7 @@ def cropped_hair(
     >>> bool(roots[:, 1].min() > head.landmarks["menton"][1])
     True
     """
-    random, points, triangles = np.random.default_rng(SEED), head.points, head.triangles
+    random, points, triangles, tied = np.random.default_rng(SEED), head.points, head.triangles, border < np.inf
     area = double_areas(points, triangles)
     triangle = np.sort(random.choice(len(triangles), HAIRS, p=area / area.sum()))
     weights = random.dirichlet(np.ones(3), HAIRS)
@@ -59,12 +60,12 @@ def cropped_hair(
     u, v = np.einsum("kc,kci->ik", weights, head.uv[corners])
     columns, rows = (np.minimum((share * len(image)).astype(int), len(image) - 1) for share in (u, 1.0 - v))
     grown = random.uniform(0.12, 1.0, HAIRS) < image[rows, columns]  # the share of hair in the color of the skin
-    if border < np.inf:
+    if tied:
         grown &= hair_cover(roots, head.landmarks, frame_of(head.landmarks)) < border
     if not grown.any():
         return None
     triangle, weights, roots, up, cover = (part[grown] for part in (triangle, weights, roots, up, cover))
-    styled = 1.0 - (1.0 - abs(combed)) ** 2
+    styled = 1.0 if tied else 1.0 - (1.0 - abs(combed)) ** 2
     top = smoothstep((up[:, 1] - 0.25) / 0.5)  # by the upward parts of the normals
     # Where it is dense; women and children may have 22 mm beyond, and combed hair 42 mm on top of the head.
     least, most = 7.0, 16.0 + 22.0 * max(-sex, 0.0) + 42.0 * styled * top
@@ -75,8 +76,10 @@ def cropped_hair(
         way = top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25]
     comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
     comb += 3.0 * styled * way  # a comb is three times as strong
+    if tied:
+        comb = np.zeros_like(roots) + towards_tie(combed)
     longest *= 0.2 + 0.8 * smoothstep(cover)  # a fifth of the length where hardly any grow
-    return grown_hairs(head, triangle, weights, comb, longest, random, loose=1.0 - 0.4 * styled)
+    return grown_hairs(head, triangle, weights, comb, longest, random, 1.0 - 0.4 * styled, 0.0 if tied else 1.0)
 
 
 def grown_hairs(
@@ -87,11 +90,12 @@ def grown_hairs(
     longest: Array,
     random: np.random.Generator,
     loose: float = 1.0,
+    down: float = 1.0,
 ) -> BoundHairs:
     """Return hairs in the color of a head's that are rooted in triangles (k,) with weights (k, 3).
 
     They grow along the skin as it lets them of the ways `comb` (k, 3), of random lengths around `longest` (k,), and the
-    more slope and stray, the more `loose` they are.
+    more slope and stray, the more `loose` they are; those of the sides also grow `down`.
     """
     points, triangles = head.points, head.triangles
     corners = triangles[triangle]
@@ -99,7 +103,7 @@ def grown_hairs(
     normals = vertex_normals(points, triangles)
     up = np.einsum("kc,kci->ki", weights, normals[corners])
     way = unit(np.cross(np.cross(up, comb), up))
-    way[:, 1] -= np.abs(up[:, 0])  # the hair of the sides is also combed down
+    way[:, 1] -= down * np.abs(up[:, 0])
     way = unit(np.cross(np.cross(up, way), up))
     turn = random.normal(0.0, 0.35 * loose, (count, 1))  # radians: single hairs go astray
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)

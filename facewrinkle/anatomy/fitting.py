@@ -98,7 +98,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     combed, border = person.hair_combed * min(1.0 + person.hair_density, 1.0), np.inf
     if person.hair_length > 0.0:
         seen["parts"] = {"hair": long_hair(head, person.hair_length, person.hair_combed)}
-        combed, border = 1.0, BORDER if person.hair_combed > 0.0 else 0.0
+        combed, border = person.hair_combed, BORDER if person.hair_combed > 0.0 else 0.0
     feminine = min(person.sex, -person.child)
     if border and (cropped := cropped_hair(head, min(person.hair_length, 0.0), feminine, combed, border)):
         hair["cropped_hair"] = cropped

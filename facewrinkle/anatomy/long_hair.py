@@ -195,13 +195,18 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     return Part(mesh, follows="skull")
 
 
+def towards_tie(high: float) -> Array:
+    """Return the direction (3,) to the tie from the middle of the head; see `combed` of :func:`long_hair`."""
+    rise = np.radians(TIE[0] + (TIE[1] - TIE[0]) * high)
+    return np.array([0.0, np.sin(rise), -np.cos(rise)])
+
+
 def _tied(
     random: np.random.Generator, head: Head, hull: RoundedHull, length: float, high: float
 ) -> list[tuple[Array, Array, Array]]:
     """Return the :func:`_bundle` of hairs that are combed from the hairline to a tie, and of the knot or tail there."""
     marks, dense, aside = head.landmarks, 0.5 + 0.5 * head.paint[0].density, np.array([1.0, 0.0, 0.0])
-    middle, rise = marks["zygion_l"] * (1.0 - aside) + MIDDLE, np.radians(TIE[0] + (TIE[1] - TIE[0]) * high)
-    back = np.array([0.0, np.sin(rise), -np.cos(rise)])
+    middle, back = marks["zygion_l"] * (1.0 - aside) + MIDDLE, towards_tie(high)
     up = np.cross(back, aside)
     turn, angle = np.linspace(0.0, 2.0 * np.pi, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
@@ -264,7 +269,7 @@ def _bundle(
         (
             sheet[None],
             (1.0 - darker) * dark * _tints(random, 1, columns),
-            _strands(10.0 * np.arange(columns)[None]),
+            _strands(10.0 * np.arange(columns)[None], 0.7 if darker else 1.0),  # roots at a parting differ by 2 mm
         ),
         (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
         (
@@ -377,9 +382,11 @@ def _locks(
     return _between(roof, frayed * t).reshape(len(lines), hairs, KNOTS, 3)
 
 
-def _strands(numbers: npt.ArrayLike) -> Array:
-    """Return strands (k, hairs, KNOTS, 2) of hairs at which strands have numbers (k, hairs)."""
-    return np.stack(np.broadcast_arrays(np.expand_dims(numbers, -1), np.linspace(0.0, 1.0, KNOTS)), axis=-1)
+def _strands(numbers: npt.ArrayLike, power: float = 1.0) -> Array:
+    """Return strands (k, hairs, KNOTS, 2) of hairs at which strands have numbers (k, hairs); the smaller the power, the
+    more evenly they begin.
+    """
+    return np.stack(np.broadcast_arrays(np.expand_dims(numbers, -1), np.linspace(0.0, 1.0, KNOTS) ** power), axis=-1)
 
 
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:
