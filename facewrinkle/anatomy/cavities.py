@@ -57,6 +57,11 @@ class Cavities:
     landmarks : mapping of str to ndarray, shape (3,)
     frame : FaceFrame
 
+    Attributes
+    ----------
+    reach : float
+        Distance from the midline, mm, up to which they are seen; their lining may go on.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -89,8 +94,9 @@ class Cavities:
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
         # Cavities reach 1 mm beside the wings of the nose, beyond which skin lies as deep, and 4 mm beside the mouth.
+        self.reach = corner + 4.0
         within = smoothstep((wing + 1.0 - across) / (0.5 * BLEND))
-        near = upper * within + (1.0 - upper) * smoothstep((corner + 4.0 - across) / BLEND)
+        near = upper * within + (1.0 - upper) * smoothstep((self.reach - across) / BLEND)
         lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
         # In the lower half of the lower lip the mouth fades out: the fold under a full lip is as narrow and deep.
         near = near * smoothstep((y - lower_lip) / (0.5 * lip))[None, :]
@@ -162,15 +168,19 @@ class Lining:
     def __init__(
         self, cavities: Cavities, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array]
     ) -> None:
-        depth, forward = cavities.depth(points), vertex_normals(points, triangles) @ cavities.frame.axes[2]
+        aside, forward = (
+            cavities.frame.local_mm(points)[:, 0],
+            vertex_normals(points, triangles) @ cavities.frame.axes[2],
+        )
+        deep = (cavities.depth(points) >= INSIDE_DEPTH) & (np.abs(aside) < cavities.reach)  # the jaw hangs over, beside
         free = ~cavities.outer(points) | (forward < -0.5)  # turned back, it is not seen, however thin the lips are
         edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         label = connected(edges[free[edges].all(axis=1)], len(points))
         # Skin that is also connected with forehead and cheeks belongs to the lining only where it lies deep.
         self._tree = cKDTree(points)
         face = self._tree.query([landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
-        inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE_DEPTH], label[face]))
-        self.vertices = np.asarray(free & inner | (depth >= INSIDE_DEPTH))
+        inner = np.isin(label, np.setdiff1d(label[deep], label[face]))
+        self.vertices = np.asarray(free & inner | deep)
         self._cavities = cavities
 
     def of_vertices(self, points: Array, vertices: npt.NDArray[np.int64]) -> Lining:

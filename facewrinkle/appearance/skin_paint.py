@@ -95,7 +95,8 @@ class SkinPainter:
         """Return the colors (n, 3) of points of the face at rest."""
         landmarks, frame = self._face.landmarks, self._face.frame
         color = complexion(points, landmarks, frame)
-        depth = self._cavities.depth(points)
+        aside, lined = self._face.frame.local_mm(points)[:, 0], self._lining.holds(points)
+        depth = np.where(lined | (np.abs(aside) < self._cavities.reach), self._cavities.depth(points), 0.0)
         creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
         red = np.maximum(lips(points, landmarks, frame), creased)
         color += 0.7 * red[:, None] * (np.array(LIP_COLOR) - color)
@@ -103,7 +104,7 @@ class SkinPainter:
             hair = SHAVED * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
             color += hair * (np.array(HAIR_COLOR) - color)
         hidden = 11.0  # the depth whose color lining has that cannot be seen from the front
-        depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = hidden
+        depth[lined & (depth < INSIDE_DEPTH)] = hidden
         far = smoothstep(2.0 * depth / hidden - 1.0)  # so far behind what is seen, there are no rims of nostrils
         rims = (1.0 - far) * self._cavities.at_nostrils(points)
         # Nostrils darken 2.2 times as fast as the mouth, from 1.3 mm on: above, rims are rounded.

@@ -51,6 +51,19 @@ def test_outer_skin_is_not_inside(face):
     assert not depth[[names.index(n) for n in ("malar_l", "glabella", "zygion_r", "menton")]].any()
 
 
+def test_skin_under_the_jaw_beside_the_mouth_is_not_inside(face):
+    """Where the jaw rises steeply beside the chin it lies higher than that, behind what is seen from the front."""
+    lower = face.landmarks | {"menton": face.landmarks["menton"] - 20.0 * face.frame.axes[1]}
+    cavities = Cavities(face.points, face.triangles, lower, face.frame)
+    below = cavities.depth(face.points) > face.cavities.depth(face.points) + INSIDE_DEPTH
+    assert below.sum() > 4
+    other = Face.from_landmarks(face.mesh, lower, 1.0)
+    np.testing.assert_array_equal(other.lining.vertices, face.lining.vertices)
+    colors = SkinPainter(other)(face.points)[below]
+    assert colors.min() > 70
+    assert SkinPainter(other)(face.landmarks["lower_lip_mid"][None] - 30.0 * face.frame.axes[2]).max() < 70
+
+
 def test_depth_goes_with_the_face(face):
     """Turned, scaled and moved, the same places are as deep."""
     turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
