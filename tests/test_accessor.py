@@ -48,8 +48,7 @@ def test_it_is_what_a_simulation_gives(ball):
     out = scan.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
     face = fw.surface(scan)
     layer = fw.PatternLayer("dimple", (0, 0, 40), size=15.0, depth=2.0)
-    sim = fw.Simulation(face, layers=[layer], motion=fw.Still(face))
-    *_, frame = sim.run(8)
+    *_, frame = fw.Simulation(face, layers=[layer], motion=fw.Still(face)).run(8)
     np.testing.assert_array_equal(out.points, frame.points)
     assert out.point_data.keys() == frame.point_data.keys()
     for name in frame.point_data:
@@ -211,7 +210,6 @@ def test_a_face_is_fitted_and_makes_an_expression(face):
     frame = face.mesh.facewrinkle.express("AU4", 0.5, landmarks=face.landmarks)
     sim = fw.Simulation(fw.fit_face(face.mesh, face.landmarks))
     sim.express("AU4", 0.5)
-    expected = sim.settle()
-    np.testing.assert_array_equal(frame.points, expected.points)
+    np.testing.assert_array_equal(frame.points, sim.settle().points)
     with pytest.raises(UnknownNameError, match="Did you mean 'happiness'"):
         face.mesh.facewrinkle.express("hapiness", landmarks=face.landmarks)

@@ -37,8 +37,7 @@ def detector(name: str) -> cv2.CascadeClassifier:
 
 def check(face: fw.Face, view: str) -> None:
     frame = fw.Simulation(face).step()
-    image = picture(frame, face, Style(size=(600, 600), view=View(VIEWS[view], height=4.6)))
-    faces, eyes = found(image)
+    faces, eyes = found(picture(frame, face, Style(size=(600, 600), view=View(VIEWS[view], height=4.6))))
     assert faces == 1
     assert len(eyes) == 2
     assert eyes[0][0] < 0.5 < eyes[1][0]

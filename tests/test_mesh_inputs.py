@@ -84,8 +84,7 @@ def test_the_accessor_is_on_all_data_of_pyvista(face, bare, form):
     water = FORMS[form](bare, None).facewrinkle.tear(start=face.landmarks["zygion_l"], t=1.0)
     np.testing.assert_array_equal(water.points, _shed(bare, face, None))
     place = {"center": face.landmarks["glabella"], "size": 20.0, "max_level": 2}
-    dented = FORMS[form](bare, None).facewrinkle.pattern("dimple", **place)
-    assert dented["W"].min() < 0.0
+    assert FORMS[form](bare, None).facewrinkle.pattern("dimple", **place)["W"].min() < 0.0
 
 
 def test_a_face_of_what_pyvista_reads_and_the_texture_of_its_file(face, tmp_path):

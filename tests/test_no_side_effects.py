@@ -149,8 +149,7 @@ def test_what_works_while_a_face_moves_changes_nothing(face, monkeypatch):
     for tear in (shed, fw.DrippingTear(face, "r")):
         tear.surface(0.5, frame)
         tear.sampled(np.array([0.5, 1.0]), [frame, frame])
-    moved = np.stack([face.points, face.points + 1.0])
-    recorded = fw.Recorded.of_positions(moved, fps=10.0)
+    recorded = fw.Recorded.of_positions(np.stack([face.points, face.points + 1.0]), fps=10.0)
     fw.Simulation(face, layers=[], motion=recorded).step()
     face.with_muscles(dict(list(face.muscles.items())[:2]))
     assert not [call for call in calls if call[1]]

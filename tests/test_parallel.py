@@ -61,5 +61,4 @@ def test_faces_and_frames_are_pickled():
     again, moved = pickle.loads(pickle.dumps((face, frame)))
     np.testing.assert_array_equal(moved.points, frame.points)
     assert set(moved.point_data) == set(frame.point_data)
-    same = after(fw.Simulation(again), "surprise", 3)
-    np.testing.assert_array_equal(same.points, frame.points)
+    np.testing.assert_array_equal(after(fw.Simulation(again), "surprise", 3).points, frame.points)

@@ -90,8 +90,7 @@ def test_a_smile_slopes_as_captured_skin_does(real_face):
 def raised(face):
     """A simulation that holds the brows up, without layers, and its frame."""
     sim = fw.Simulation(face, layers=[])
-    frame = after(sim, "surprise", 20)
-    return sim, frame
+    return sim, after(sim, "surprise", 20)
 
 
 @pytest.mark.parametrize(("axis", "low", "high"), [(1, 0.0, 25.0), (0, 60.0, 90.0)])
@@ -187,8 +186,7 @@ def test_a_known_wave_is_measured():
     assert (found.count, found.amplitude, found.wavelength) == (5, pytest.approx(0.8, abs=1e-4), pytest.approx(6.0))
     assert found.narrow == pytest.approx(0.5, abs=1e-3)
     for alpha in (0.5, 2.0, 4.0):
-        w = np.mod(x, 6.0)
-        found = measure(x, equations.shape(w, 3.0, 0.5, alpha))
+        found = measure(x, equations.shape(np.mod(x, 6.0), 3.0, 0.5, alpha))
         assert found.amplitude == pytest.approx(0.5 * 2.0**alpha, rel=1e-2)
         assert found.narrow == pytest.approx(closed_narrow(alpha), abs=5e-3)
 

@@ -18,8 +18,7 @@ def captured():
     if not (FACES / "ict_face_expressions.npz").exists():
         pytest.skip("the captured face is not there")
     face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
-    return face, shapes
+    return face, read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
 
 
 def test_a_field_agrees_with_itself_and_with_nothing_square_to_it():
@@ -29,8 +28,7 @@ def test_a_field_agrees_with_itself_and_with_nothing_square_to_it():
     assert (same.cosine, same.area_cosine, same.size, same.error) == pytest.approx((1.0, 1.0, 1.0, 0.0))
     half = compared(0.5 * field, field, area)
     assert (half.cosine, half.size) == pytest.approx((1.0, 0.5))
-    square = np.cross(field, rng.normal(size=3))
-    assert compared(square, field, area).cosine == pytest.approx(0.0, abs=1e-12)
+    assert compared(np.cross(field, rng.normal(size=3)), field, area).cosine == pytest.approx(0.0, abs=1e-12)
 
 
 def test_shapes_of_another_mesh_are_refused(tmp_path):
@@ -108,8 +106,7 @@ def test_cheeks_bulge_as_they_did(captured):
 
 def test_furrows_run_across_the_compression_of_a_map(face):
     """Compressed along the fibers of a forehead's muscle everywhere: 0 degrees; across them: 90."""
-    muscle = face.muscles["frontalis_major_l"]
-    along = muscle.fold_direction(face.points[:1])[0]
+    along = face.muscles["frontalis_major_l"].fold_direction(face.points[:1])[0]
     beside = np.cross(along, face.frame.axes[2])
     for axis, expected in ((along, 0.0), (beside / np.linalg.norm(beside), 90.0)):
         field = -0.3 * (face.points @ axis)[:, None] * axis * face.unit
@@ -134,8 +131,7 @@ def test_furrows_run_across_the_principal_compression_of_a_captured_face(capture
 
 def test_the_report_holds_all_pairs(captured):
     face, shapes = captured
-    some = {name: shapes[name] for name in ("browDown_L", "browDown_R", "jawOpen")}
-    made = report(face, some)
+    made = report(face, {name: shapes[name] for name in ("browDown_L", "browDown_R", "jawOpen")})
     assert [row[:2] for row in made.tables[0].rows] == [("corrugator_l", "browDown_L"), ("jaw", "jawOpen")]
     assert [row[0] for row in made.tables[2].rows] == ["corrugator_l"]
     assert [plot.name for plot in made.plots] == ["agreement", "corrugator_l_browDown_L", "jaw_jawOpen"]

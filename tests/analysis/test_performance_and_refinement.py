@@ -113,8 +113,7 @@ def test_refinement_pays(report, face):
             assert few["triangles"] < 0.4 * many["triangles"]
             assert few["distance"] < 1.1 * many["distance"]
             assert few["angle"] < 1.05 * many["angle"]
-        distances = [g["distance"] for g in uniform]
-        assert all(finer < 0.6 * coarser for coarser, finer in pairwise(distances))
+        assert all(finer < 0.6 * coarser for coarser, finer in pairwise([g["distance"] for g in uniform]))
     for row in numbers["caught"].values():
         assert row["either"] >= max(row["Eq. 19"], row["wavelength"])
         missed = row["needed"] * (1.0 - row["either"] / 100.0)

@@ -44,8 +44,7 @@ def test_both_sides_of_a_region_are_cut_alike(face):
     frame = face.mesh.subdivide(2, "linear")
     frame["W"] = face.frame.local(frame.points)[:, 0]
     for name in ("corners of the eyes", "corners of the mouth", "beside the nose"):
-        sides = [np.sign(height.mean()) for _, height in cuts(face, frame, name)]
-        assert sides == 9 * [1.0] + 9 * [-1.0], name
+        assert [np.sign(height.mean()) for _, height in cuts(face, frame, name)] == 9 * [1.0] + 9 * [-1.0], name
 
 
 def test_regions_are_apart_and_on_both_sides(face):

@@ -278,8 +278,7 @@ def test_muscles_of_mirrored_landmarks_are_mirrored(face):
 def test_the_mouth_folds_alike_on_both_sides(face):
     muscle = face.muscles["orbicularis_oris"].fold_pattern
     centre, frame = np.asarray(muscle.centre), face.frame
-    rng = np.random.default_rng(2)
-    x = rng.normal(scale=20, size=(500, 3)) @ frame.axes
+    x = np.random.default_rng(2).normal(scale=20, size=(500, 3)) @ frame.axes
     mirrored = x - 2.0 * (x @ frame.axes[0])[:, None] * frame.axes[0]
     assert muscle.unit_amplitude(centre + x).any()
     np.testing.assert_allclose(muscle.unit_amplitude(centre + mirrored), muscle.unit_amplitude(centre + x), atol=1e-9)

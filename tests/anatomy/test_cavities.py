@@ -37,8 +37,7 @@ def test_depth_is_that_behind_the_lips(face):
     """Straight behind where the lips meet it grows as fast as the way, up to the other side of the head."""
     lips = 0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"])
     way = np.linspace(10.0, 60.0, 6)
-    line = lips * [0, 1, 1] - np.outer(way, face.frame.axes[2])
-    depth = face.cavities.depth(line)
+    depth = face.cavities.depth(lips * [0, 1, 1] - np.outer(way, face.frame.axes[2]))
     scale = 63.0 / face.frame.pupil_distance
     np.testing.assert_allclose(np.diff(depth), scale * np.diff(way), atol=1e-6)
     assert face.cavities.depth(lips[None] - 1.3 * BACK_OF_MOUTH * face.frame.axes[2])[0] == 0.0

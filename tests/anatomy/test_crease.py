@@ -50,8 +50,7 @@ def test_q_is_the_distance_from_the_furrow():
     away = rng.uniform(-2.0, 2.0, len(feet))
     points = feet + np.c_[np.sign(normal[:, :1]) * normal * away[:, None], 0.0 * away]
     distance = cKDTree(curve()).query(points)[0] * np.sign(away)
-    q = 12.0 * bowed().coordinates(points)[1]
-    np.testing.assert_allclose(q, distance, atol=0.02)
+    np.testing.assert_allclose(12.0 * bowed().coordinates(points)[1], distance, atol=0.02)
     straight = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0)
     x = rng.uniform(-20.0, 20.0, (50, 3))
     np.testing.assert_allclose(12.0 * straight.coordinates(x)[1], x[:, 0], atol=1e-13)
@@ -138,8 +137,7 @@ def test_taper_and_span_act_along_the_furrow():
 def test_points_at_coordinates():
     crease, rng = bowed(), np.random.default_rng(3)
     along, across = rng.uniform(0.0, 1.0, 50), rng.uniform(-0.375, 0.75, 50)
-    found = crease.coordinates(crease.points_at(along, across))
-    np.testing.assert_allclose(found, (along, across), atol=1e-12)
+    np.testing.assert_allclose(crease.coordinates(crease.points_at(along, across)), (along, across), atol=1e-12)
 
 
 def test_the_direction_is_the_gradient_of_q():

@@ -168,8 +168,7 @@ def test_lids_before_a_socket_are_those_before_a_hole(face):
     for eye, other in zip(face.eyes, eyes, strict=True):
         assert other.radius == pytest.approx(eye.radius, rel=0.03)
         first = lid_weights(face.eyelid_openings[eye.side], face.points, face.triangles)
-        opening = eyelid_opening(other, points, triangles, loops, face.landmarks)
-        second = lid_weights(opening, points, triangles)
+        second = lid_weights(eyelid_opening(other, points, triangles, loops, face.landmarks), points, triangles)
         turns = np.zeros((2, len(points)))
         for angles, lids in zip(turns, (first, second), strict=True):
             angles[lids.close.vertices] = lids.close.angles

@@ -48,11 +48,9 @@ def test_balls_touch_the_back_edges_of_thick_lids(lids):
 def test_an_eye_with_no_skin_before_it_stays(face):
     """Of a mask that ends below its eyes."""
     low = face.points[:, 1] < face.landmarks["nose_tip"][1]
-    below = face.triangles[low[face.triangles].all(axis=1)]
-    used, numbers = np.unique(below, return_inverse=True)
+    used, numbers = np.unique(face.triangles[low[face.triangles].all(axis=1)], return_inverse=True)
     mask = face.points[used], numbers.reshape(-1, 3)
-    found = place_eyeballs(face.landmarks, face.frame, *mask, boundary_loops(mask[1]))
-    for eye in found:
+    for eye in place_eyeballs(face.landmarks, face.frame, *mask, boundary_loops(mask[1])):
         np.testing.assert_array_equal(eye.centre, face.landmarks[f"eye_{eye.side}_centre"])
 
 

@@ -87,8 +87,7 @@ def test_muscles_lie_where_anatomy_has_them(any_face):
     assert pull["depressor_anguli_oris"][1] < 0.0
     assert pull["nasalis"][1] > 0.0
     for side, sign in (("l", 1.0), ("r", -1.0)):
-        eye = any_face.frame.local(any_face.muscles[f"orbicularis_oculi_{side}"].centre)
-        assert eye[0] * sign > 0.3
+        assert any_face.frame.local(any_face.muscles[f"orbicularis_oculi_{side}"].centre)[0] * sign > 0.3
     mouth = any_face.frame.local(any_face.muscles["orbicularis_oris"].centre)
     assert abs(mouth[0]) < 0.05
     assert mouth[1] < -0.7
@@ -166,8 +165,7 @@ def test_the_skull_lies_below_the_skin(any_face):
     depth = tissue.depth * unit
     assert 3.0 < depth.min() < depth.max() < 20.0
     np.testing.assert_allclose(np.linalg.norm(tissue.normals, axis=1), 1.0, atol=1e-12)
-    agreement = (vertex_normals(any_face.points, any_face.triangles) * tissue.normals).sum(axis=1)
-    assert np.median(agreement) > 0.97
+    assert np.median((vertex_normals(any_face.points, any_face.triangles) * tissue.normals).sum(axis=1)) > 0.97
     assert (tissue.stiffness > 0.0).all()
     forehead = np.argmin(np.linalg.norm(any_face.points - any_face.landmarks["forehead_mid"], axis=1))
     assert above[forehead] * unit == pytest.approx(5.0, abs=1.6)
@@ -216,10 +214,9 @@ def test_a_face_is_shown_upright(face):
     mesh = face.mesh.copy()
     mesh.points = turn.apply(face.points)
     marks = {name: turn.apply(place) for name, place in face.landmarks.items()}
-    turned = fw.Face.from_landmarks(mesh, marks, 1.0, texture=face.texture)
     first, second = (
         who.plot(off_screen=True, screenshot=True, window_size=[90, 120], lighting=False)[:90].astype(int)
-        for who in (face, turned)
+        for who in (face, fw.Face.from_landmarks(mesh, marks, 1.0, texture=face.texture))
     )
     assert np.abs(first - second).mean() < 1.0
     hair, skin = (first[rows, 40:50].mean() for rows in (slice(26, 32), slice(50, 60)))

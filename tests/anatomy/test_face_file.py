@@ -167,10 +167,9 @@ DAMAGE = {
 @pytest.fixture(scope="module")
 def arrays_of_all(face, tmp_path_factory):
     """The arrays of a file of a face with all that may be in one."""
-    ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
     whole = dataclasses.replace(
         face,
-        parts={"eye_l": Part(ball, "eye", "l")},
+        parts={"eye_l": Part(pv.Sphere(radius=12.0, center=face.eyes[0].centre), "eye", "l")},
         source_points=np.arange(face.mesh.n_points),
         bound_hair=face.bound_hair | fw.default_face({"beard": 0.5}).bound_hair,
     )

@@ -121,8 +121,7 @@ def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face):
 def test_numbering_does_not_matter(face):
     rng = np.random.default_rng(9)
     order = rng.permutation(face.mesh.n_points)
-    number = np.argsort(order)
-    triangles = number[face.triangles][rng.permutation(len(face.triangles))]
+    triangles = np.argsort(order)[face.triangles][rng.permutation(len(face.triangles))]
     other = fw.fit_face(pv.PolyData.from_regular_faces(face.points[order], triangles), face.landmarks, units=1.0)
     np.testing.assert_allclose(other.tissue.anchors, face.tissue.anchors[order], atol=1e-8)
     np.testing.assert_allclose(other.tissue.depth, face.tissue.depth[order], atol=1e-12)

@@ -44,8 +44,7 @@ def surface(head: Head) -> pv.PolyData:
 
 
 def away_from_surface(surface: pv.PolyData, points: np.ndarray) -> np.ndarray:
-    closest = surface.find_closest_cell(points, return_closest_point=True)[1]
-    return np.linalg.norm(closest - points, axis=1)
+    return np.linalg.norm(surface.find_closest_cell(points, return_closest_point=True)[1] - points, axis=1)
 
 
 def loops(triangles: np.ndarray) -> list[np.ndarray]:
@@ -62,8 +61,7 @@ def test_is_an_oriented_manifold_with_four_boundary_loops(head: Head) -> None:
 
 def test_the_holes_are_eyes_and_mouth(head: Head) -> None:
     *holes, rim = loops(head.triangles)
-    centres = sorted((head.points[loop].mean(axis=0) for loop in holes), key=lambda c: c[0])
-    right, mouth, left = centres
+    right, mouth, left = sorted((head.points[loop].mean(axis=0) for loop in holes), key=lambda c: c[0])
     marks = head.landmarks
     assert np.linalg.norm(left[:2] - marks["eye_l_centre"][:2]) < 3.0
     np.testing.assert_allclose(right, left * MIRROR, atol=1e-9)
@@ -192,8 +190,7 @@ def test_uv_is_one_to_one(head: Head) -> None:
 
 
 def test_brows_move_with_the_skin(head: Head, surface: pv.PolyData) -> None:
-    normals = np.zeros_like(head.points)
-    hairs = head.brows.polylines(head.points, head.triangles, normals)
+    hairs = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
     assert away_from_surface(surface, hairs.reshape(-1, 3)).max() < 1e-5
     half = len(hairs) // 2
     np.testing.assert_allclose(hairs[half:], hairs[:half] * MIRROR, atol=1e-9)
@@ -201,8 +198,7 @@ def test_brows_move_with_the_skin(head: Head, surface: pv.PolyData) -> None:
     left = hairs[:half].reshape(-1, 3)
     assert inner[0] - 5.0 < left[:, 0].min() < left[:, 0].max() < outer[0] + 6.0
     up = np.tile([0.0, 0.0, 1.0], (len(head.points), 1))
-    stretched = head.points * [1.0, 1.1, 1.0] + [0.0, 3.0, 0.0]
-    raised = head.brows.polylines(stretched, head.triangles, up)
+    raised = head.brows.polylines(head.points * [1.0, 1.1, 1.0] + [0.0, 3.0, 0.0], head.triangles, up)
     expected = hairs * [1.0, 1.1, 1.0] + [0.0, 3.0, 0.0] + head.brows.heights[:, None] * [0.0, 0.0, 1.0]
     np.testing.assert_allclose(raised, expected, atol=1e-9)
 
@@ -222,8 +218,7 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
     off = away_from_surface(pv.PolyData.from_regular_faces(head.points, head.triangles), mean)
     assert off.mean() < 2.0
     assert np.percentile(off, 95) < 5.0
-    lips = lips_middle(head.landmarks)
-    for centre in (head.eyes[0].centre, head.eyes[1].centre, lips):
+    for centre in (head.eyes[0].centre, head.eyes[1].centre, lips_middle(head.landmarks)):
         assert off[np.linalg.norm(mean - centre, axis=1) < 26.0].mean() < 1.5
 
 

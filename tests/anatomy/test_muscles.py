@@ -203,8 +203,7 @@ def test_fold_direction_crosses_the_folds(muscle):
     index = 1 if isinstance(muscle, SphincterMuscle) else 0
     h = 1e-6
     steps = [muscle.coordinates(x + h * e)[index] - muscle.coordinates(x - h * e)[index] for e in np.eye(3)]
-    sign = 1.0 if index else -1.0
-    np.testing.assert_allclose(direction, sign * unit(np.stack(steps, axis=1)), atol=1e-5)
+    np.testing.assert_allclose(direction, (1.0 if index else -1.0) * unit(np.stack(steps, axis=1)), atol=1e-5)
 
 
 def test_half_cycles_as_lengths():
@@ -283,8 +282,7 @@ def test_lips_that_purse_are_pushed_forward():
     r, _ = plain.coordinates(x)
     near = np.abs((x - SHIFT) @ TURN[:, 2]) <= 12.0
     push = np.where(near & (r < 1.0), 0.4 * np.cos(np.minimum(r, 1.0) * math.pi / 2), 0.0)
-    expected = plain.force(x) + push[:, None] * TURN[:, 2]
-    np.testing.assert_allclose(pursed.force(x), expected, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(pursed.force(x), plain.force(x) + push[:, None] * TURN[:, 2], rtol=0, atol=1e-13)
     assert (near & (r < 0.2)).any()
     assert (~near & (r < 1.0)).any()
 

@@ -173,8 +173,7 @@ def test_other_surfaces_keep_their_parts():
 
 
 def test_a_ball_is_found_in_its_front():
-    random = np.random.default_rng(0)
-    directions = random.normal(size=(200, 3))
+    directions = np.random.default_rng(0).normal(size=(200, 3))
     directions = directions[directions[:, 2] > 0.0]
     points = 3.0 * directions / np.linalg.norm(directions, axis=1, keepdims=True) + [7.0, 8.0, 9.0]
     centre, radius = ball_of(points)
@@ -185,8 +184,7 @@ def test_a_ball_is_found_in_its_front():
 @pytest.mark.parametrize(("alpha", "channels"), [(254, 3), (100, 4)])
 def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     """Scanners and exporters leave an alpha of 254 here and there; glass and cards of hair are much clearer."""
-    centre = face.landmarks["nasion"] + [0.0, 90.0, -60.0]
-    hat = pv.Icosphere(radius=30.0, center=centre, nsub=2)
+    hat = pv.Icosphere(radius=30.0, center=face.landmarks["nasion"] + [0.0, 90.0, -60.0], nsub=2)
     whole = pv.PolyData.from_regular_faces(
         np.vstack([face.points, hat.points]), np.vstack([face.triangles, hat.regular_faces + len(face.points)])
     )
@@ -274,8 +272,7 @@ def test_painted_brows_are_found(face, shift, texture):
 
 
 def test_without_a_photo_or_dark_bands_brows_stay(face):
-    bare = to_polydata(face.points, face.triangles)
-    assert rise_of_dark_bands(bare, None, face.landmarks, face.frame) == 0.0
+    assert rise_of_dark_bands(to_polydata(face.points, face.triangles), None, face.landmarks, face.frame) == 0.0
     faint, _ = _painted(face, 0.1, 0.3 * DARKER, False)
     assert rise_of_dark_bands(faint, None, face.landmarks, face.frame) == 0.0
 
@@ -344,8 +341,7 @@ def test_everything_goes_with_a_head_that_moves(dressed):
 
 def test_the_expression_does_not_shift_the_hair(dressed):
     for expression in ("paper_surprise", "happiness", "paper_fear"):
-        frame = after(fw.Simulation(dressed, layers=[]), expression, 40)
-        hair = dressed.parts_at(frame)["hair"]
+        hair = dressed.parts_at(after(fw.Simulation(dressed, layers=[]), expression, 40))["hair"]
         assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
 
 

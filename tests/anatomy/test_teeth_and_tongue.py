@@ -24,15 +24,13 @@ def arches(face: fw.Face) -> tuple[Arch, Arch]:
 
 def local(face: fw.Face, points: np.ndarray) -> np.ndarray:
     """Left, up, forward from the middle of the lips."""
-    lips = lips_middle(face.landmarks)
-    return (points - lips) @ face.frame.axes.T
+    return (points - lips_middle(face.landmarks)) @ face.frame.axes.T
 
 
 def crowns(arch: Arch) -> list[np.ndarray]:
     """Triangles of the closed parts."""
     regions = components(arch.triangles)
-    parts = [arch.triangles[regions == region] for region in np.unique(regions)]
-    return sorted(parts, key=len)[:-1]
+    return sorted([arch.triangles[regions == region] for region in np.unique(regions)], key=len)[:-1]
 
 
 def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
@@ -81,8 +79,7 @@ def test_gums_face_the_lips(face, arches):
 def test_arches_are_mirror_symmetric(face, arches):
     for arch in arches:
         points = np.round(local(face, arch.points), 6) + 0.0
-        table = {tuple(p) for p in points.tolist()}
-        assert {tuple(p) for p in (points * [-1, 1, 1] + 0.0).tolist()} == table
+        assert {tuple(p) for p in (points * [-1, 1, 1] + 0.0).tolist()} == {tuple(p) for p in points.tolist()}
 
 
 def test_upper_incisors_bite_over_the_lower_ones(face, arches):

@@ -76,8 +76,7 @@ def test_shapes_and_weights(simple, tmp_path):
 def test_sparse_shapes(tmp_path):
     file, thin = talking(), np.zeros_like(SHAPES)
     thin[:, [2, 7]] = SHAPES[:, [2, 7]]
-    targets = file.content["meshes"][0]["primitives"][0]["targets"]
-    for target, shape in zip(targets, SHAPES, strict=True):
+    for target, shape in zip(file.content["meshes"][0]["primitives"][0]["targets"], SHAPES, strict=True):
         indices = {"bufferView": file.view(np.array([2, 7], "<u2").tobytes()), "componentType": 5123}
         values = {"bufferView": file.view(shape[[2, 7]].astype("<f4").tobytes())}
         sparse = {"count": 2, "indices": indices, "values": values}
@@ -228,8 +227,7 @@ def test_points_of_a_seam_become_one(tmp_path):
     np.testing.assert_allclose(alone.active_texture_coordinates, mesh.active_texture_coordinates, atol=1e-7)
     assert [name for name in alone.point_data if "target" in name] == []
     # The frames of a simulation on it show no gap.
-    frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
-    assert frame.n_open_edges == 12
+    assert fw.Simulation(mesh, motion=recorded, time_step=0.5).step().n_open_edges == 12
 
 
 LIPS = np.vstack([POINTS, POINTS * [1.0, -1.0, 1.0]])
@@ -293,8 +291,7 @@ def arm(file, shoulder, elbow, kind="f4"):
     weights = np.stack([1.0 - blend, blend], axis=1)
     mesh = file.mesh(POINTS, TRIANGLES, SHAPES)
     attributes = file.content["meshes"][mesh]["primitives"][0]["attributes"]
-    full = {"f4": 1.0, "u1": 255, "u2": 65535}[kind]
-    rows = np.c_[weights, np.zeros((n, 2))] * full
+    rows = np.c_[weights, np.zeros((n, 2))] * {"f4": 1.0, "u1": 255, "u2": 65535}[kind]
     rows = rows if kind == "f4" else np.rint(rows)
     attributes["JOINTS_0"] = file.array(np.tile([0, 1, 0, 0], (n, 1)), "u1")
     attributes["WEIGHTS_0"] = file.array(rows, kind, **({} if kind == "f4" else {"normalized": True}))

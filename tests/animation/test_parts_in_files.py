@@ -56,8 +56,7 @@ def fitted(source, face):
 
 @pytest.fixture(scope="module")
 def written(dressed, tmp_path_factory):
-    path = tmp_path_factory.mktemp("parts") / "dressed.glb"
-    return fw.write_mesh(dressed.mesh, path, dressed, parts=True)
+    return fw.write_mesh(dressed.mesh, tmp_path_factory.mktemp("parts") / "dressed.glb", dressed, parts=True)
 
 
 def test_what_is_written_is_read_again(dressed, written):
@@ -163,8 +162,7 @@ def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path
     frames = [pair[level] for level, pair in zip(levels, zip(*(sim.run(5) for sim in sims), strict=True), strict=True)]
     np.testing.assert_allclose(frames[-1].points[: len(face.points)], rest.points[: len(face.points)], atol=30.0)
     # As a series, which is an animation again, with the parts as they are at rest.
-    times = 0.1 * np.arange(1, 6)
-    path = fw.export.write_series(map(face.with_parts, frames), times, tmp_path / "clip.vtkhdf")
+    path = fw.export.write_series(map(face.with_parts, frames), 0.1 * np.arange(1, 6), tmp_path / "clip.vtkhdf")
     once_more, positions = fw.read_animation(path)
     assert positions.n_points == face.mesh.n_points
     again = fitted(once_more, dressed)

@@ -268,8 +268,7 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec([0.5, 1.9, -0.4]).as_matrix(), [30.0, 2.0, -8.0]
     turned = dataclasses.replace(clip.recorded, pose=lambda time: matrix)
-    sim = fw.Simulation(clip.face, motion=turned, time_step=0.125, folds="paper")
-    *_, frame = sim.run(6)
+    *_, frame = fw.Simulation(clip.face, motion=turned, time_step=0.125, folds="paper").run(6)
     still, _ = wrinkled[0.75]
     assert frame.n_points == still.n_points
     np.testing.assert_allclose(frame["W"], still["W"], atol=1e-7)
@@ -336,8 +335,7 @@ def test_bones_carry_the_head_and_its_pose_is_told(face):
 
 
 def test_points_are_recognized_by_number_and_by_place(cloth, shapes):
-    n = len(cloth.points)
-    order = RNG.permutation(n)
+    order = RNG.permutation(len(cloth.points))
     weights = [[0.2, 0.5, 0.1]]
     expected = cloth.points + np.einsum("k,knd->nd", weights[0], shapes)
     plain = Recorded.of_shapes(shapes, weights, fps=1.0)

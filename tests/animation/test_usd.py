@@ -69,8 +69,7 @@ def test_points_move_with_the_time_samples(stage):
 
 
 def test_a_head_that_turns_while_it_speaks(stage):
-    skin = face(stage)
-    UsdGeom.Xformable(skin).AddScaleOp().Set((2.0, 2.0, 2.0))
+    UsdGeom.Xformable(face(stage)).AddScaleOp().Set((2.0, 2.0, 2.0))
     head = UsdGeom.Xform.Get(stage, "/head")
     shift, turn = head.AddTranslateOp(), head.AddRotateYOp()
     for code, y, angle in ((1.0, 3.0, 0.0), (37.0, 5.0, 60.0)):  # longer than the points move
@@ -85,8 +84,7 @@ def test_a_head_that_turns_while_it_speaks(stage):
         shifted = np.add(turned, [0.0, 3.0 + time * 4 / 3, 0.0])
         np.testing.assert_allclose(moved(mesh, recorded, time), shifted, atol=1e-6)
     # Its pose is what eyes and hair go with.
-    frame = [*fw.Simulation(mesh, motion=recorded, time_step=0.25).run(4)][-1]
-    pose = frame.field_data["pose"]
+    pose = [*fw.Simulation(mesh, motion=recorded, time_step=0.25).run(4)][-1].field_data["pose"]
     np.testing.assert_allclose(pose[:3, :3], Rotation.from_euler("y", 40.0, degrees=True).as_matrix(), atol=1e-6)
     np.testing.assert_allclose(pose @ [0.0, 3.0, 0.0, 1.0], [0.0, 3.0 + 4 / 3, 0.0, 1.0], atol=1e-6)
 
@@ -214,8 +212,7 @@ def test_other_meshes_have_recordings_of_their_own(stage):
         turn.Set(angle, code)
     mesh, recorded = read(stage, mesh="skin")
     n = recorded.n_points
-    numbers = {start: own.n_points for start, own in recorded.companions.items()}
-    assert numbers == {n: 6, n + 6: 6}
+    assert {start: own.n_points for start, own in recorded.companions.items()} == {n: 6, n + 6: 6}
     first = recorded.track.times[0]
     half = Rotation.from_euler("y", 40.0, degrees=True).apply(POINTS)
     np.testing.assert_allclose(recorded.companions[n].positions_at(first + 0.5, POINTS), half, atol=1e-6)

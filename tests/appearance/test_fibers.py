@@ -39,8 +39,7 @@ def test_fibers_of_a_sheet_go_from_line_to_line_and_rings_around_their_centre(fa
     fibers, muscle = Fibers.of(face), face.muscles["frontalis_outer_l"]
     lines = fibers.at(face.mesh)[of(fibers, "frontalis_outer_l")]
     for ends, line in ((lines[:, 0], muscle.attachment), (lines[:, -1], muscle.insertion)):
-        around = cKDTree(face.points).query(line, k=6)[1]
-        normal = face.tissue.normals[around].mean(axis=1)
+        normal = face.tissue.normals[cKDTree(face.points).query(line, k=6)[1]].mean(axis=1)
         moved = ends[[0, -1]] - line  # into the flesh, and hardly along the skin
         across = np.linalg.norm(np.cross(moved, normal), axis=1)
         assert (across < 0.2 * np.linalg.norm(moved, axis=1)).all()

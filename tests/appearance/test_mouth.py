@@ -99,8 +99,7 @@ def test_the_pocket_lies_before_no_crown(face, expression):
     size = CROWN_SIDES * CROWN_RINGS + 1
     for jaw in ("upper_teeth", "lower_teeth"):
         crowns = np.asarray(seen.mouth_parts[jaw].points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :]
-        fronts = crowns.reshape(-1, size, 3)[:6, : 6 * CROWN_SIDES : CROWN_SIDES].reshape(-1, 3)
-        for front in fronts:
+        for front in crowns.reshape(-1, size, 3)[:6, : 6 * CROWN_SIDES : CROWN_SIDES].reshape(-1, 3):
             crossed = seen.pocket.ray_trace(front, opening)[0]
             assert np.abs((crossed - front) @ ahead).max(initial=0.0) < 0.7
 

@@ -41,8 +41,7 @@ def test_skin_without_holes_is_drawn_as_it_is(face):
 def test_small_holes_are_closed_also_when_their_rims_are_split(face):
     holed, gone = cut(face, "pogonion", 0.08)
     assert gone > 1
-    frame = after(fw.Simulation(holed), "sadness", 8)
-    for skin in (holed.mesh, frame):
+    for skin in (holed.mesh, after(fw.Simulation(holed), "sadness", 8)):
         drawn = VisibleSkin(holed, bag=False).of(skin, AHEAD)
         triangles = drawn.regular_faces
         assert len(triangles) > skin.n_cells
@@ -152,14 +151,12 @@ def test_the_same_frame_is_worked_out_once(face):
 def test_it_is_one_with_its_face():
     """It goes with the face, and does not keep it; other faces have their own."""
     face = fw.default_face()
-    appearance = Appearance.of(face)
-    appearance.at(face.mesh)
+    Appearance.of(face).at(face.mesh)
     other = face.with_muscles({})
     assert Appearance.of(other).face is other
-    again = pickle.loads(pickle.dumps(face))
-    assert again.mesh.n_cells == face.mesh.n_cells
+    assert pickle.loads(pickle.dumps(face)).mesh.n_cells == face.mesh.n_cells
     gone = weakref.ref(face)
-    del face, appearance
+    del face
     gc.collect()
     assert gone() is None
 
@@ -195,16 +192,14 @@ def test_new_vertices_of_a_frame_lie_on_the_surface_of_the_face_at_rest(face):
     surface = smooth(face, still)
     moved = np.linalg.norm(surface.points[: frame.n_points] - np.asarray(still.points), axis=1)
     assert moved[: len(face.points)].max() == 0.0
-    drawn = smooth(face).mesh
-    _, places = drawn.find_closest_cell(surface.points, return_closest_point=True)
+    _, places = smooth(face).mesh.find_closest_cell(surface.points, return_closest_point=True)
     assert moved.max() > 2.5 * SAGITTA
     assert np.linalg.norm(places - surface.points, axis=1).max() < 2.0 * SAGITTA  # what either may be flat
 
 
 def test_wrinkles_are_as_deep_as_in_the_frame(face):
     frame = after(fw.Simulation(face, layers=fold_layers(face, "wave", depth=2.0)), "paper_surprise", 15)
-    surface = smooth(face, frame)
-    shift = surface.points[: frame.n_points] - np.asarray(frame.points)
+    shift = smooth(face, frame).points[: frame.n_points] - np.asarray(frame.points)
     deep = np.abs(np.asarray(frame["W"])) > 0.3
     assert deep.sum() > 100
     assert np.linalg.norm(shift[deep], axis=1).max() < 0.25

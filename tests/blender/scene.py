@@ -176,8 +176,7 @@ def everything(path):
     key = obj.data.shape_keys.key_blocks["browInnerUp"]
     key.value = 0.5
     bpy.context.view_layer.update()
-    graph = bpy.context.evaluated_depsgraph_get()
-    tree = group.evaluated_get(graph)
+    tree = group.evaluated_get(bpy.context.evaluated_depsgraph_get())
     found["driven"] = tree.nodes["browInnerUp"].outputs[0].default_value
     key.value = 0.0
     settings = bpy.context.scene.facewrinkle

@@ -94,8 +94,7 @@ def needed(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["makehuman_head_male", "ict_face_narrow"])
 def test_an_artists_head_gets_keys_and_wrinkles_and_is_else_as_it_was(package, name):
-    path = needed(f"{name}.obj")
-    found = played("everything", package, path)
+    found = played("everything", package, needed(f"{name}.obj"))
     steps = ("find", "add", "age", "expressions", "wrinkles again", "copy", "tears", "clear")
     assert [found[name] for name in steps] == [""] * len(steps)
     assert found["landmarks"] == 33
@@ -181,8 +180,7 @@ def test_keys_are_added_undone_and_animated_and_errors_are_sentences(fake, face)
 
 @in_blender
 def test_a_cancelled_run_leaves_nothing(fake):
-    found = played("cancelled", fake)
-    assert found == {"seen": ["Shapes", 0.75, True], "running": False, "folder": False}
+    assert played("cancelled", fake) == {"seen": ["Shapes", 0.75, True], "running": False, "folder": False}
 
 
 @in_blender

@@ -27,8 +27,7 @@ def clip(face, played, tmp_path_factory):
     )
     file.animate((0, "weights", [0.0, 0.2, 0.4], [[0.0], [1.0], [0.0]]))
     file.glb(folder / "brows.glb")
-    landmarks = {name: point / 10.0 for name, point in face.landmarks.items()}
-    write_landmarks(landmarks, folder / "brows.json")
+    write_landmarks({name: point / 10.0 for name, point in face.landmarks.items()}, folder / "brows.json")
     return folder / "brows.glb", folder / "brows.json"
 
 

@@ -28,8 +28,7 @@ def test_it_writes_pictures_movie_and_series(weeping):
         "tear_weeping.vtkhdf",
         "tear_weeping_tears.vtkhdf",
     }
-    image = pv.read_texture(weeping / "tear_weeping.png").to_array()
-    assert image.shape[:2] == (SIZE, 4 * SIZE + 3 * 4)
+    assert pv.read_texture(weeping / "tear_weeping.png").to_array().shape[:2] == (SIZE, 4 * SIZE + 3 * 4)
 
 
 def test_series_hold_the_face_and_closed_tears_that_grow(face, weeping):
@@ -89,8 +88,7 @@ def test_the_paper_s_tears_have_other_shapes(tmp_path):
     ours, extruded, by_height = tears(), tears("--head", "extruded"), tears("--reveal", "height")
     assert all(tear.n_open_edges == 0 for series in (ours, extruded, by_height) for tear in series)
     np.testing.assert_allclose(extruded[-1].bounds, ours[-1].bounds, atol=0.5)  # the same path
-    apart = signed_distances(ours[-1].points, extruded[-1])
-    assert np.abs(apart).max() > 0.05  # mm, and another head
+    assert np.abs(signed_distances(ours[-1].points, extruded[-1])).max() > 0.05  # mm, and another head
     length = [np.ptp(series[-1].points[series[-1]["thickness"] > 0.0][:, 1]) for series in (ours, by_height)]
     assert length[1] > length[0]  # c is then the speed of the descent
 
@@ -103,8 +101,6 @@ def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
     assert main(["tear", "weeping", *starts, *quick, "--quiet"]) == 0
     water = read_series(out / "tear_weeping_tears.vtkhdf")[1][-1]
     assert water.n_open_edges == 0
-    streams = water.split_bodies(label=True)
-    both = {bool(body.center[0] > 0.0) for body in streams}
-    assert both == {True, False}
+    assert {bool(body.center[0] > 0.0) for body in water.split_bodies(label=True)} == {True, False}
     assert -0.9 < water.bounds[2] < 0.3  # they have run down
     assert np.linalg.norm(water.points, axis=1).min() > 0.88

@@ -142,8 +142,7 @@ def test_a_clip_goes_from_rest_into_the_expression(clip):
 
 @pytest.mark.slow
 def test_meshes_for_other_programs(backwards):
-    spec = Spec.of({**SPEC, "mesh": "glb"})
-    with SampleMaker(spec) as maker:
+    with SampleMaker(Spec.of({**SPEC, "mesh": "glb"})) as maker:
         sample = maker.sample(2)
     model = sample.mesh["mesh.glb"]
     size, content = (int.from_bytes(model[at : at + 4], "little") for at in (8, 12))
@@ -304,8 +303,7 @@ def test_webdataset_reads_it(small):
 
 
 def test_pandas_reads_the_table(small):
-    pandas = pytest.importorskip("pandas")
-    table = pandas.read_parquet(small / "index")
+    table = pytest.importorskip("pandas").read_parquet(small / "index")
     assert sorted(table["index"]) == list(range(3))
     assert table["person"].nunique() == 2
     assert table["identity_age"].between(-0.9, 1.0).all()
@@ -340,8 +338,7 @@ def test_the_card_tells_means_and_shares(small):
 
 
 def test_a_preview_shows_different_people(remembered):
-    people = [sample.facts["person"]["number"] for sample in preview(SPEC, count=2)]
-    assert people == [0, 1]
+    assert [sample.facts["person"]["number"] for sample in preview(SPEC, count=2)] == [0, 1]
 
 
 def test_wrong_folders(small, tmp_path, monkeypatch):

@@ -48,8 +48,7 @@ def labeled(face, frame, tears=(), **camera):
     with Scene(face, Style(SIZE)) as scene:
         place(scene, plan_of(spec, 0), spec)
         camera = scene.plotter.camera.copy()
-    labels = labels_of(face, Appearance.of(face).at(frame), frame, Camera.of(camera, SIZE), tears)
-    return *labels, camera
+    return *labels_of(face, Appearance.of(face).at(frame), frame, Camera.of(camera, SIZE), tears), camera
 
 
 @pytest.fixture(scope="module")
@@ -129,8 +128,7 @@ def test_normals_look_at_the_camera_and_have_length_one(front):
 def test_heights_are_those_of_the_frame(front, frame):
     arrays, *_ = front
     skin = arrays["depth"] > 0
-    rest = arrays["place"][skin] * PLACE_STEP
-    near = cKDTree(np.asarray(frame["rest"])).query(rest)
+    near = cKDTree(np.asarray(frame["rest"])).query(arrays["place"][skin] * PLACE_STEP)
     close = near[0] < 0.3
     assert close.sum() > 100
     found = arrays["height"][skin][close] * HEIGHT_STEP
@@ -168,8 +166,7 @@ def test_parts(front):
 
 
 def test_tears_are_a_part_and_hide_nothing(face, frame, front):
-    tear = fw.SheddingTear(face, start="l").surface(2.0, frame)
-    arrays, *_ = labeled(face, frame, tears=[tear])
+    arrays, *_ = labeled(face, frame, tears=[fw.SheddingTear(face, start="l").surface(2.0, frame)])
     assert (arrays["part"] == PARTS.index("tear")).sum() > 5
     assert np.array_equal(arrays["depth"], front[0]["depth"])
 
@@ -245,8 +242,7 @@ def test_irises_are_discs_around_the_gaze(face):
     widest = RADIUS * face.frame.pupil_distance * np.sin(np.radians(IRIS)) / pixel
     assert 0.85 * widest < away.max() < widest + 1.0
     pupils = np.argwhere(arrays["part"] == PARTS.index("pupil"))[:, ::-1] + 0.5
-    near = np.linalg.norm(pupils - middle, axis=1)
-    assert near.min() < 1.5
+    assert np.linalg.norm(pupils - middle, axis=1).min() < 1.5
 
 
 def test_two_grooves_on_a_sheet_are_two_furrows():

@@ -75,8 +75,7 @@ def test_skin_tones_are_even():
     tones = Counter(person.monk for person in people)
     assert set(tones) == set(range(1, 11))
     assert max(abs(count - 200) for count in tones.values()) < 4.0 * (2000 * 0.1 * 0.9) ** 0.5
-    feminine = sum(person.identity["sex"] < 0.0 for person in people)
-    assert abs(feminine - 1000) < 4.0 * (2000 * 0.25) ** 0.5
+    assert abs(sum(person.identity["sex"] < 0.0 for person in people) - 1000) < 4.0 * (2000 * 0.25) ** 0.5
 
 
 def test_all_cry_or_none():

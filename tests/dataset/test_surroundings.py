@@ -46,8 +46,7 @@ def made(spec, index=0):
 
 
 def test_a_picture_is_seen_behind_the_face_as_it_is(folder):
-    spec = Spec.of({**STILL, "background": {"pictures": "*.png"}}, folder)
-    sample, plain = made(spec), made(Spec.of(STILL))
+    sample, plain = made(Spec.of({**STILL, "background": {"pictures": "*.png"}}, folder)), made(Spec.of(STILL))
     whole = np.asarray(Image.open(folder / sample.facts["files"]["background"]))
     behind = cv2.erode((sample.labels["part"] == 0).astype(np.uint8), np.ones((5, 5))) > 0  # edges are blended
     assert behind.mean() > 0.1
@@ -85,8 +84,7 @@ def test_edges_are_blended_with_the_picture(tmp_path):
 
 def test_all_pictures_are_drawn(folder):
     spec = Spec.of({**STILL, "background": {"pictures": "*.png"}}, folder)
-    drawn = [plan_of(spec, index).background["picture"] for index in range(300)]
-    shares = np.bincount(drawn) / 300
+    shares = np.bincount([plan_of(spec, index).background["picture"] for index in range(300)]) / 300
     assert len(shares) == 3
     assert np.abs(shares - 1.0 / 3.0).max() < 4.0 * (2.0 / 9.0 / 300) ** 0.5
     assert plan_of(spec, 5).lights == plan_of(Spec.of(STILL), 5).lights  # nothing else is drawn otherwise
@@ -194,8 +192,7 @@ def test_radiance_is_read_as_opencv_reads_it(tmp_path, size):
     data = (tmp_path / "a.hdr").read_bytes()
     known = cv2.imread(str(tmp_path / "a.hdr"), cv2.IMREAD_UNCHANGED)[..., ::-1]
     np.testing.assert_array_equal(radiance_of(data, "a.hdr"), known)
-    start = data.index(b"\n", data.index(b"+X")) + 1
-    for cut in range(start, len(data)):
+    for cut in range(data.index(b"\n", data.index(b"+X")) + 1, len(data)):
         with pytest.raises(MeshError, match="a.hdr cannot be read as Radiance HDR: its data do not hold"):
             radiance_of(data[:cut], "a.hdr")
 
@@ -224,8 +221,7 @@ def test_a_picture_that_pillow_gives_up_on_ends_the_set(tmp_path):
     """With words, and not as a sample that failed."""
     data = io.BytesIO()
     Image.new("RGB", (8, 8)).save(data, "PNG")
-    long = zlib.compress(b" " * 2**21)
-    chunk = b"zTXt" + b"a\0\0" + long
+    chunk = b"zTXt" + b"a\0\0" + zlib.compress(b" " * 2**21)
     chunk = (len(chunk) - 4).to_bytes(4, "big") + chunk + zlib.crc32(chunk).to_bytes(4, "big")
     (tmp_path / "long.png").write_bytes(data.getvalue()[:33] + chunk + data.getvalue()[33:])
     spec = Spec.of({**STILL, "background": {"pictures": "long.png"}}, tmp_path)
@@ -240,8 +236,7 @@ def test_pictures_stand_as_the_camera_was_held(tmp_path):
     turned[0x0112] = 6  # the left side was up
     Image.fromarray(flag).save(tmp_path / "flag.png", exif=turned)
     (file,) = Spec.of({**STILL, "background": {"pictures": "flag.png"}}, tmp_path).backgrounds
-    found = covering(file, {"across": 0.5, "down": 0.5}, (20, 40))
-    np.testing.assert_array_equal(found, np.rot90(flag, -1))
+    np.testing.assert_array_equal(covering(file, {"across": 0.5, "down": 0.5}, (20, 40)), np.rot90(flag, -1))
 
 
 def test_patterns_end(tmp_path):

@@ -61,8 +61,7 @@ def read_by_pyvista(path):
 
 
 def read_by_trimesh(path):
-    scene = trimesh.load_scene(path, process=False)
-    (mesh,) = scene.dump()  # as the nodes place it
+    (mesh,) = trimesh.load_scene(path, process=False).dump()  # as the nodes place it
     uv = getattr(mesh.visual, "uv", None)
     return mesh.vertices[mesh.faces], None, None if uv is None else uv[mesh.faces], mesh
 
@@ -102,8 +101,7 @@ def test_the_photo_comes_along_pixel_by_pixel(moment, tmp_path, ending):
 def test_what_was_written_is_a_face_again(moment, tmp_path, ending):
     """The file is read with its seams stitched, where it says which points are one."""
     frame, face = moment.frame, moment.face
-    path = fw.write_mesh(frame, tmp_path / f"a{ending}", face)
-    again = fw.read_surface(path)
+    again = fw.read_surface(fw.write_mesh(frame, tmp_path / f"a{ending}", face))
     assert again.n_cells == frame.n_cells
     np.testing.assert_allclose(corner_texture(again), corner_texture(frame), atol=1e-7)
     if ending != ".ply":  # whose vertices have one place in the texture
@@ -130,8 +128,7 @@ def test_colors_where_there_is_no_photo(moment, tmp_path, ending):
 def test_any_mesh_without_texture_or_colors(tmp_path, ending):
     ball = pv.Icosphere(radius=2.0, nsub=2)
     ball["Normals"] = np.tile([1.0, 0.0, 0.0], (ball.n_points, 1))  # stale
-    path = fw.write_mesh(ball, tmp_path / f"ball{ending}")
-    points, normals, uv, _ = read_by_pyvista(path)
+    points, normals, uv, _ = read_by_pyvista(fw.write_mesh(ball, tmp_path / f"ball{ending}"))
     scale = 0.001 if ending in (".glb", ".gltf") else 1.0
     np.testing.assert_allclose(points, scale * ball.points[ball.regular_faces], atol=1e-6 * scale)
     np.testing.assert_allclose(normals, ball.points[ball.regular_faces] / 2.0, atol=0.02)
@@ -195,8 +192,7 @@ def test_a_glb_stands_upright_whatever_way_the_scan_lies(face, tmp_path, tilt):
 
 def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
     frame = after(fw.Simulation(face), "AU27", 20)
-    path = fw.write_mesh(frame, tmp_path / "a.glb", face, parts=True)
-    scene = trimesh.load_scene(path, process=False)
+    scene = trimesh.load_scene(fw.write_mesh(frame, tmp_path / "a.glb", face, parts=True), process=False)
     outside = {"face", "eye_l", "eye_r", "brows", "lashes_l", "lashes_r"}
     assert set(scene.geometry) == outside | {"mouth", "upper_teeth", "lower_teeth", "tongue"}
     np.testing.assert_allclose(scene.geometry["face"].vertices[: frame.n_points], frame.points, rtol=1e-6, atol=1e-5)

@@ -33,11 +33,9 @@ def test_a_rig_is_valid_and_has_its_shapes(rig, tmp_path):
     path = fw.write_rig(rig, tmp_path / "head.usda")
     assert not errors(path)
     stage = Usd.Stage.Open(str(path))
-    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath("/Face/face"))
-    assert tuple(binding.GetBlendShapesAttr().Get()) == rig.names
+    assert tuple(UsdSkel.BindingAPI(stage.GetPrimAtPath("/Face/face")).GetBlendShapesAttr().Get()) == rig.names
     assert UsdGeom.GetStageMetersPerUnit(stage) == pytest.approx(1e-3 * rig.face.unit)
-    animation = UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation")
-    animation.GetBlendShapeWeightsAttr().Set([0.5, 1.0])
+    UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation").GetBlendShapeWeightsAttr().Set([0.5, 1.0])
     stage.GetRootLayer().Save()
     expected = rig.at({"jawOpen": 0.5, "browInnerUp": 1.0}).points
     np.testing.assert_allclose(in_usd(path, "face", 0.0).points, expected, atol=1e-6 * np.ptp(expected))

@@ -39,8 +39,7 @@ def sheet(seed, count=400, holes=2):
 
 def facing(points, triangles, normals):
     """Least cosine between the normal of each triangle and those at its corners."""
-    across = unit(area_vectors(points, triangles))
-    return np.einsum("ij,ikj->ik", across, normals[triangles]).min(axis=1)
+    return np.einsum("ij,ikj->ik", unit(area_vectors(points, triangles)), normals[triangles]).min(axis=1)
 
 
 def lengths(points, triangles):
@@ -53,9 +52,8 @@ def lengths(points, triangles):
 @example(16208, 1.0, 0)  # a sliver at the rim that is nearly upright
 def test_topology_stays_and_no_triangle_turns_over(seed, size, holes):
     points, triangles = sheet(seed, holes=holes)
-    used = np.unique(triangles)
     vertices, fewer = decimated(points, triangles, np.full(len(points), size))
-    assert np.isin(vertices, used).all()
+    assert np.isin(vertices, np.unique(triangles)).all()
     assert np.array_equal(np.unique(fewer), np.arange(len(vertices)))
     assert euler_characteristic(fewer) == euler_characteristic(triangles)
     assert not len(non_manifold_edges(fewer))
@@ -78,8 +76,7 @@ def test_topology_stays_and_no_triangle_turns_over(seed, size, holes):
 def test_edges_are_about_as_long_as_wanted():
     ball = pv.Icosphere(radius=50.0, nsub=5)
     points, triangles = ball.points.astype(float), ball.regular_faces
-    size = np.where(points[:, 2] > 0.0, 5.0, 10.0)
-    vertices, fewer = decimated(points, triangles, size)
+    vertices, fewer = decimated(points, triangles, np.where(points[:, 2] > 0.0, 5.0, 10.0))
     kept, edges = points[vertices], unique_edges(fewer)[0]
     length = lengths(kept, fewer)
     for sign, wanted in ((1.0, 5.0), (-1.0, 10.0)):

@@ -89,9 +89,8 @@ def test_continuous_ends_vanish_and_all_furrows_remain(alpha, count, length, sta
     height = equations.shape(equations.phase(l, start * length, u, alpha), u, 1.0, alpha)
     tiny = 1e-12 * 2.0**alpha * (1 + alpha)
     assert abs(height[[0, -1]]).max() < tiny
-    bottom = equations.shape(0.0, u, 1.0, alpha)
     # From zero it falls into a furrow or climbs onto a bulge; each furrow lies between two samples at most.
-    deep = height < 0.9 * bottom
+    deep = height < 0.9 * equations.shape(0.0, u, 1.0, alpha)
     runs = int(deep[0]) + int((np.diff(deep.astype(int)) == 1).sum())
     assert runs == count
     assert gauss_of_region(l[0], l[-1], u, alpha) == pytest.approx(0.0, abs=1e-12 * length * 2.0**alpha)

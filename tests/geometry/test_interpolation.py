@@ -124,8 +124,7 @@ def test_samples_are_spread_by_area():
 
 @pytest.mark.parametrize("count", [400, 4000])
 def test_each_quarter_of_a_triangle_has_a_quarter_of_the_samples(count):
-    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    u, v, _ = surface_samples(corner, np.array([[0, 1, 2]]), count).T
+    u, v, _ = surface_samples(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]), count).T
     for part in (u > 0.5, v > 0.5, u + v < 0.5):
         assert part.mean() == pytest.approx(0.25, abs=0.02)
 

@@ -107,10 +107,8 @@ def test_every_place_is_fitted_by_itself(monkeypatch):
 
 
 def test_rotations_are_those_of_scipy():
-    rng = np.random.default_rng(0)
-    x, y = rng.normal(size=(2, 20, 3))
-    expected = Rotation.align_vectors(y, x)[0].as_matrix()
-    assert np.allclose(closest_rotations(x.T @ y).T, expected, atol=1e-12)
+    x, y = np.random.default_rng(0).normal(size=(2, 20, 3))
+    assert np.allclose(closest_rotations(x.T @ y).T, Rotation.align_vectors(y, x)[0].as_matrix(), atol=1e-12)
 
 
 def test_batches_are_as_one_at_a_time():
@@ -123,8 +121,7 @@ def test_batches_are_as_one_at_a_time():
 
 def test_mirrored_points_are_not_mirrored_back():
     x = np.random.default_rng(2).normal(size=(20, 3))
-    turn = closest_rotations(x.T @ (x * [-1.0, 1.0, 1.0]))
-    assert np.isclose(np.linalg.det(turn), 1.0)
+    assert np.isclose(np.linalg.det(closest_rotations(x.T @ (x * [-1.0, 1.0, 1.0]))), 1.0)
 
 
 def test_points_that_moved_otherwise_do_not_count():

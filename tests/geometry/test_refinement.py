@@ -61,8 +61,7 @@ def book(size, rng):
     outer = np.arange(2, 2 + pages)
     triangles = np.stack([np.zeros(pages, int), np.ones(pages, int), outer], 1)
     more = np.stack([np.ones(pages, int), np.roll(outer, 1), outer], 1)[: size % 4]
-    points = rng.normal(size=(2 + pages, 3))
-    return points, np.concatenate([triangles, more])
+    return rng.normal(size=(2 + pages, 3)), np.concatenate([triangles, more])
 
 
 def pieces(size, rng):
@@ -358,8 +357,7 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     points0, base = mesh
     forest = after(RedGreenForest(base, n_points=len(points0)), steps)
     first, corners = forest.triangles, forest.corners
-    deepest = forest.level.max()
-    assert take_back_all(forest) == deepest
+    assert take_back_all(forest) == forest.level.max()
     assert (forest.triangles == base).all()
     assert forest.n_points == len(points0)
     assert (forest.weights.toarray() == np.eye(len(points0))).all()
@@ -387,8 +385,7 @@ def test_copies_are_equal_and_independent(mesh, before, later):
 def test_one_red_triangle_in_a_fan():
     # Fig. 10 of Zhang, Sim and Tan: the split triangle falls into four, its two neighbors in the fan are
     # bisected.
-    fan = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 1]]
-    forest = RedGreenForest(fan)
+    forest = RedGreenForest([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 1]])
     assert forest.split([0]).n_created == 3
     assert forest.parents[7:].tolist() == [[0, 1], [1, 2], [2, 0]]
     assert forest.triangles.tolist() == [
@@ -406,9 +403,8 @@ def test_angles_stay_at_thirty_degrees_at_any_depth():
     for _ in range(25):
         forest.split(np.flatnonzero((forest.triangles == 1).any(axis=1)))
     assert forest.level.max() == 25
-    last = forest.weights @ points0
     coarse = forest.triangles[forest.level < 20]  # the finest are too small for their angles to be computed
-    assert smallest_angles(last, coarse).min() == pytest.approx(30, abs=1e-4)
+    assert smallest_angles(forest.weights @ points0, coarse).min() == pytest.approx(30, abs=1e-4)
     assert (forest.barycentric.sum(axis=1) == 1).all()
 
 

@@ -49,8 +49,7 @@ OCTAHEDRON = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3
 def clouds(draw, most=40):
     """Oriented Delaunay triangles of random points, shuffled, some taken out."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    points = rng.random((draw(st.integers(4, most)), 2))
-    triangles = delaunay(points)
+    triangles = delaunay(rng.random((draw(st.integers(4, most)), 2)))
     kept = rng.random(len(triangles)) >= draw(st.sampled_from([0.0, 0.2, 0.5]))
     kept[0] = True
     return rng.permutation(triangles[kept])

@@ -117,8 +117,7 @@ def test_the_oracle_finds_nothing_turned_over_on_a_ball(ball):
     along = unit(np.cross(points, rng.normal(size=points.shape)))
     chosen = rng.choice(len(points), 12, replace=False)
     moved[chosen] += 1.3 * along[chosen]
-    turn = Rotation.from_rotvec([1.0, 2.0, 0.5])
-    moved = turn.apply(moved)
+    moved = Rotation.from_rotvec([1.0, 2.0, 0.5]).apply(moved)
     found = oracle.turned_over(moved, Normals(moved, triangles))
     assert len(found) > 3
     after = each.untangled(moved)
@@ -134,8 +133,7 @@ def test_triangles_without_area_are_left_alone(flat):
     assert each.untangled(points) is points
     moved = points.copy()
     moved[84, :2] += 1.2
-    after = each.untangled(moved)
-    assert signed_areas(after, triangles[:-1]).min() > 0.0
+    assert signed_areas(each.untangled(moved), triangles[:-1]).min() > 0.0
 
 
 # --- heights over a surface ------------------------------------------------------------------------

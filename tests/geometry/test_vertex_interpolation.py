@@ -55,9 +55,8 @@ def test_linear_fields_on_a_plane_are_exact_and_quadratic_ones_nearly(flat):
     linear = np.column_stack([x, y - 2.0 * x, 3.0 * y + 1.0])
     np.testing.assert_allclose(smooth.at(linear[nodes]), linear, atol=1e-5)
     quadratic = np.column_stack([x**2, x * y, y**2]) / 40.0
-    inside = np.abs(points[:, :2]).max(axis=1) < 30.0
     error = np.abs(smooth.at(quadratic[nodes]) - quadratic)
-    assert error[inside].max() < 0.01
+    assert error[np.abs(points[:, :2]).max(axis=1) < 30.0].max() < 0.01
     assert error.max() < 0.3  # at the border; linear interpolation between nodes 9 apart is off by 0.5
 
 
@@ -98,12 +97,10 @@ def test_the_sides_of_a_slit_do_not_know_each_other():
     upper = np.zeros(len(points), bool)
     upper[np.unique(triangles[above])] = True
     jump = np.where(upper[:, None], [0.0, 1.0, 0.0], 0.0)
-    got = smooth.at(jump[nodes])
-    np.testing.assert_allclose(got[near], jump[near], atol=1e-9)
+    np.testing.assert_allclose(smooth.at(jump[nodes])[near], jump[near], atol=1e-9)
 
 
 def test_one_node_moves_a_whole_piece():
     points, triangles = grid(21)
     smooth = VertexInterpolation(points, triangles, np.array([0, 1, 21]), np.array([[0, 1, 2]], np.int32))
-    moved = smooth.at(np.ones((3, 3)))
-    np.testing.assert_allclose(moved, 1.0)
+    np.testing.assert_allclose(smooth.at(np.ones((3, 3))), 1.0)

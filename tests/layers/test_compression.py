@@ -60,8 +60,7 @@ METHODS = {"gradient": gradient_compression, "edges": edges_compression}
 
 def flat_cloud(n=150, seed=2):
     """An irregular flat mesh."""
-    rng = np.random.default_rng(seed)
-    plane = rng.uniform(-10, 10, (n, 2))
+    plane = np.random.default_rng(seed).uniform(-10, 10, (n, 2))
     return np.c_[plane, np.zeros(n)], Delaunay(plane).simplices.astype(np.int32)
 
 
@@ -150,8 +149,7 @@ def bent_error(k, c=0.2, radius=2.0):
 
 def test_gradient_converges_on_a_bent_sheet():
     errors = np.array([bent_error(k) for k in (8, 16, 32, 64)])
-    orders = np.log2(errors[:-1] / errors[1:])
-    assert (orders > 1.9).all()
+    assert (np.log2(errors[:-1] / errors[1:]) > 1.9).all()
     assert errors[-1] < 1e-4
 
 
@@ -235,8 +233,7 @@ def named(face, values):
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.0, 2.0])
 def test_uniform_compression_activates_all_muscles_alike(face, activation, share):
-    c = SLACK + share * (FULL - SLACK)
-    found = named(face, activation((1.0 - c) * face.points))
+    found = named(face, activation((1.0 - (SLACK + share * (FULL - SLACK))) * face.points))
     t = min(share, 1.0)
     folding = {name for name, rate in found.items() if rate > 0.0}
     assert len(folding) >= 20

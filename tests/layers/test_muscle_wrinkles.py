@@ -220,8 +220,7 @@ def test_heights_are_leveled_as_far_as_the_bounds_allow(ratio, seed):
 
 
 def test_balanced_heights_stay():
-    height = np.array([0.5, 0.5, -1.0, 0.0])
-    assert (level_shares(height, np.ones(4)) == 1.0).all()
+    assert (level_shares(np.array([0.5, 0.5, -1.0, 0.0]), np.ones(4)) == 1.0).all()
 
 
 def heights(face, layer):

@@ -148,8 +148,7 @@ def test_a_phone_drives_the_face_as_a_take_would(studio, seen, phone, taken, fac
     assert document(studio) == history
     assert not studio.undo()
     assert seen.heard("driver")["name"] == ""  # a second later
-    rest = settled(fw.Simulation(face), {})
-    assert differ(studio.frame(), rest, face) < 0.05
+    assert differ(studio.frame(), settled(fw.Simulation(face), {}), face) < 0.05
     assert capfd.readouterr().out.splitlines()[0] == f"{name} drives the face."
 
 

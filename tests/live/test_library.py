@@ -55,8 +55,7 @@ def test_what_is_no_face_is_refused(tmp_path, face, names, error, message):
 def test_a_written_series_is_a_clip(tmp_path, face):
     """The jaw opens by keys; what is read again has the same points at the same times."""
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.24}
-    session = Session(timeline={"length": 0.24, "loop": False, "keys": {"k": key}})
-    player = Player(session, Subject(face))
+    player = Player(Session(timeline={"length": 0.24, "loop": False, "keys": {"k": key}}), Subject(face))
     assert np.allclose(player.times, 0.04 * np.arange(1, 7))
     frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments())]
     head_files(face, tmp_path)

@@ -112,8 +112,7 @@ def test_a_slider_by_keyboard_changes_the_face_and_undo_takes_it_back(page, stud
 
 
 def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
-    row = page.locator(".row", has_text="Lip corner puller")
-    row.locator("output").first.dblclick()
+    page.locator(".row", has_text="Lip corner puller").locator("output").first.dblclick()
     page.keyboard.type("40")
     page.keyboard.press("Enter")
     until(lambda: studio.rates == {"AU12L": 0.4, "AU12R": 0.4})
@@ -428,8 +427,7 @@ def test_the_skin_gets_the_share_of_the_key_light_that_it_has_in_pictures(page, 
     normals = unit(normals.reshape(-1, 4)[:, :3])
     head = np.asarray(frame.points, float)[: len(face.points)], face.triangles
     lamp = Lamp(head, LIGHTS[0][0] @ basis.reshape(3, 3), STEP * face.frame.scale)
-    soft = SOFT * face.frame.scale
-    hidden = lamp.hidden(points.reshape(-1, 3), normals, soft=soft, rays=RAYS, least=LEAST)
+    hidden = lamp.hidden(points.reshape(-1, 3), normals, soft=SOFT * face.frame.scale, rays=RAYS, least=LEAST)
     assert 0.3 < hidden.mean() < 0.8
     off = np.abs(1.0 - hidden - lit)
     assert off.mean() < 0.03
@@ -934,8 +932,7 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     assert np.allclose(studio.face.landmarks["mouth_l"], document(studio)["landmarks"]["mouth_l"])
     page.get_by_role("button", name="Reset landmarks").click()
     until(lambda: not document(studio)["landmarks"])
-    dimple = {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
-    studio.change(patterns={"d": dimple})
+    studio.change(patterns={"d": {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}})
     page.locator("#tab-patterns").click()
     page.wait_for_selector("#overlay .ring")
     shown(page, studio)

@@ -101,8 +101,7 @@ def test_a_session_holds_the_face_that_was_opened(folder, face):
             kept.resume()
             document.change([(("mixture",), {"AU12": 0.75})])
             kept.save()
-        shown = library.subject_of(document.session).face
-        np.testing.assert_array_equal(shown.points, own.points)
+        np.testing.assert_array_equal(library.subject_of(document.session).face.points, own.points)
         session = Session.read(folder.path / "session.json")
         assert session.mixture == document.session.mixture
         np.testing.assert_array_equal(session.subject().face.points, own.points)

@@ -72,15 +72,13 @@ def test_a_drag_that_ends_in_a_refusal_is_taken_back_whole(face):
         change(document, stage, "drag", tears={"a": FAR})
         with stage.condition:
             assert stage.condition.wait_for(lambda: document.session == START, 60.0)
-        layers = shown(document, stage).layers
-        assert {layer.depth for layer in layers} == {1.0}
+        assert {layer.depth for layer in shown(document, stage).layers} == {1.0}
 
 
 def test_what_lies_on_the_skin_goes_along_with_the_person(face):
     corners, shares = face.triangles[[100, 2000, 3000]], np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.6, 0.4, 0.0]])
     one, two, three = np.einsum("pc,pcx->px", shares, face.points[corners]).tolist()
-    library = Library(face)
-    document = Document(face.atlas, library.accepted)
+    document = Document(face.atlas, Library(face).accepted)
     tear, pattern = {"start": one}, {"kind": "dimple", "center": two, "size": 9.0, "depth": 1.0}
     document.change([(("tears", "a"), tear), (("patterns", "b"), pattern), (("probes", "c"), three)])
     before = document.session

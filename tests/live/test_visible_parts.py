@@ -175,8 +175,7 @@ def happy(face):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Relief, "leveled", lambda relief, areas: relief)
         dimple = fw.PatternLayer("dimple", [38.8, -30.8, 95.0], name="mine", size=12.0, depth=2.0)
-        layers = [fw.Creases(), fw.WaveFolds(), dimple]
-        sim = fw.Simulation(face, layers=layers)
+        sim = fw.Simulation(face, layers=[fw.Creases(), fw.WaveFolds(), dimple])
         sim.express({"happiness": 1.0, "AU4": 0.5})
         yield sim, sim.settle()
 

@@ -37,8 +37,7 @@ def test_to_polydata_round_trip():
     for name, values in data.items():
         np.testing.assert_array_equal(out[name], values)
         assert out[name].dtype == values.dtype
-    again = prepare(out)
-    np.testing.assert_array_equal(again.triangles, mesh.regular_faces)
+    np.testing.assert_array_equal(prepare(out).triangles, mesh.regular_faces)
 
 
 @pytest.mark.parametrize(

@@ -48,8 +48,7 @@ def told(frame):
 
 @pytest.fixture(scope="module")
 def plain(face):
-    mesh = bare(face.mesh)
-    fitted = fw.fit_face(mesh, face.landmarks)
+    fitted = fw.fit_face(bare(face.mesh), face.landmarks)
     return fitted, told(smiling(fitted)), plain_picture(fitted)
 
 
@@ -172,8 +171,7 @@ def test_normals_are_those_of_frames_and_new_ones_of_all_else(face, frame):
         np.ones((stale.n_points, 3)),
         np.zeros(stale.n_points),
     )
-    lengths = np.linalg.norm(with_normals(stale).point_data["Normals"], axis=1)
-    np.testing.assert_allclose(lengths, 1.0)
+    np.testing.assert_allclose(np.linalg.norm(with_normals(stale).point_data["Normals"], axis=1), 1.0)
     lost = frame.copy()
     del lost.point_data["Normals"]
     assert with_normals(lost).point_data["Normals"].shape == (frame.n_points, 3)

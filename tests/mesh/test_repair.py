@@ -117,8 +117,7 @@ def test_texture_keeps_both_sides_of_a_seam_that_was_stitched():
     source.active_texture_coordinates = texture
     with pytest.warns(FaceWrinkleWarning, match="along seams"):
         clean = prepare(source)
-    expected = texture[split]
-    np.testing.assert_allclose(clean.mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), expected)
+    np.testing.assert_allclose(clean.mesh.cell_data["Texture Corners"].reshape(-1, 3, 2), texture[split])
 
 
 def test_corners_that_touch_are_not_stitched():
@@ -143,12 +142,10 @@ def test_fins_are_cut_off_whatever_their_direction():
 
 def test_two_bodies_that_share_an_edge_come_apart():
     first = pv.Cube(bounds=(0, 1, 0, 1, 0, 1)).triangulate().clean()
-    second = pv.Cube(bounds=(1, 2, 1, 2, 0, 1)).triangulate().clean()
-    both = first.append_polydata(second).clean()
+    both = first.append_polydata(pv.Cube(bounds=(1, 2, 1, 2, 0, 1)).triangulate().clean()).clean()
     assert len(topology.non_manifold_edges(both.regular_faces)) == 1
     mesh = mended(RepairedMesh.of(np.asarray(both.points, float), both.regular_faces))
-    label = topology.sheets(mesh.triangles)
-    assert np.bincount(label).tolist() == [12, 12]
+    assert np.bincount(topology.sheets(mesh.triangles)).tolist() == [12, 12]
     assert rim(mesh.triangles) == 0
 
 
@@ -158,8 +155,7 @@ def test_a_fin_that_continues_a_sharp_ridge_is_dropped():
         [[0.0, 0, 0], [0, 1, 0], [2, 0.5, 0.3], [2, 0.5, -0.3]]
     )  # thin, its ridge from the first to the second
     triangles = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    points = np.vstack([wedge, [[-1.0, 0.5, 0.0]]])
-    mesh = mended(RepairedMesh.of(points, np.vstack([triangles, [[0, 1, 4]]])))
+    mesh = mended(RepairedMesh.of(np.vstack([wedge, [[-1.0, 0.5, 0.0]]]), np.vstack([triangles, [[0, 1, 4]]])))
     assert is_sound(mesh)
     np.testing.assert_array_equal(mesh.triangles, triangles)
     assert mesh.report == (
@@ -180,15 +176,13 @@ def test_triangles_that_would_shrink_to_nothing_are_not_laid_flat():
 def test_a_point_that_was_pulled_through_the_skin_goes_back():
     points, triangles = sheet(8)
     inner = int(np.argmin((points**2).sum(axis=1)))
-    far = points[inner] + [0.35, 0.3, 0.0]
     spoiled = points.copy()
-    spoiled[inner] = far
+    spoiled[inner] = points[inner] + [0.35, 0.3, 0.0]
     assert turned_over(spoiled, triangles).any()
     mesh = unfolded(RepairedMesh.of(spoiled, triangles))
     assert not turned_over(mesh.points, triangles).any()
     assert "Laid triangles flat" in mesh.report[0]
-    moved = np.flatnonzero((mesh.points != spoiled).any(axis=1))
-    assert 0 < len(moved) < 30
+    assert 0 < len(np.flatnonzero((mesh.points != spoiled).any(axis=1))) < 30
     assert np.abs(mesh.points[:, 2]).max() == 0.0
 
 

@@ -51,8 +51,7 @@ def test_every_corner_of_a_refined_mesh_lies_in_the_texture_where_its_base_trian
     second = (np.cross(p - a, c - a) * normal).sum(axis=-1) / square
     third = (np.cross(b - a, p - a) * normal).sum(axis=-1) / square
     weights = np.stack([1.0 - second - third, second, third], axis=-1)
-    expected = weights @ corner_texture(mesh)[roots]
-    np.testing.assert_allclose(corner_texture(frame), expected, atol=1e-12)
+    np.testing.assert_allclose(corner_texture(frame), weights @ corner_texture(mesh)[roots], atol=1e-12)
 
 
 def test_the_skin_is_split_at_the_seam_and_does_not_tear_open(moved):
@@ -112,8 +111,7 @@ def test_refine_carries_seams():
     mesh = ball()
     fine = fw.refine(mesh, np.ones(mesh.n_cells, bool))
     middle = corner_texture(mesh).mean(axis=1)
-    centres = corner_texture(fine).reshape(-1, 4, 3, 2).mean(axis=(1, 2))
-    np.testing.assert_allclose(centres, middle, atol=1e-14)
+    np.testing.assert_allclose(corner_texture(fine).reshape(-1, 4, 3, 2).mean(axis=(1, 2)), middle, atol=1e-14)
 
 
 def test_patterns_on_one_part_of_several_keep_the_seams_of_all(fingerprint):

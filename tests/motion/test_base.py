@@ -70,8 +70,7 @@ def test_any_surface_keeps_still(cloth, tmp_path):
         assert sim.layers == []
         assert sim.muscles == ()
         assert sim.face.unit == {"mm": 1.0, "cm": 10.0}[units]
-        frames = [*sim.run(3), sim.step()]
-        for frame in frames:
+        for frame in [*sim.run(3), sim.step()]:
             assert np.array_equal(frame.points, sim.face.points)
             assert np.array_equal(frame.regular_faces, sim.face.triangles)
             assert not frame["W"].any()
@@ -96,14 +95,12 @@ def test_a_surface_has_no_anatomy_and_remembers_its_points():
 
 
 def test_muscle_wrinkles_find_nothing_on_a_surface_without_muscles(cloth):
-    sim = fw.Simulation(cloth, layers=[fw.MuscleWrinkles()])
-    assert not sim.step()["W"].any()
+    assert not fw.Simulation(cloth, layers=[fw.MuscleWrinkles()]).step()["W"].any()
 
 
 def test_a_motion_of_ones_own_moves_the_surface(cloth):
     face = fw.surface(cloth, "cm")
-    probe = Probe()
-    sim = fw.Simulation(face, layers=[probe], motion=Squeezed(face))
+    sim = fw.Simulation(face, layers=[Probe()], motion=Squeezed(face))
     frames = list(sim.run(4))
     for number, frame in enumerate(frames, start=1):
         expected = (face.points * [1.0 - 0.01 * number, 1.0, 1.0])[:, [1, 2, 0]]

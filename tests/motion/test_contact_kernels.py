@@ -170,8 +170,7 @@ def test_heights_are_those_above_the_planes_of_the_triangles():
     a, b, c = (x[samples.partners[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    expected = ((points - a) * normals).sum(axis=1)
-    np.testing.assert_allclose(heights(x, samples), expected, atol=1e-12)
+    np.testing.assert_allclose(heights(x, samples), ((points - a) * normals).sum(axis=1), atol=1e-12)
     bary, normal = np.empty(3), np.empty(3)
     for s, point in enumerate(points):
         gap = kernels.plane_gap(point, x, samples.partners, s, normal)
@@ -202,8 +201,7 @@ def test_the_gradient_is_the_slope_of_the_energy(area):
     share = np.minimum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / max(area, 1e-9), 1.0)
     assert (share < 1.0).any() == (area > 0.0)
     assert energy == pytest.approx(0.5 * (samples.stiffness * (share * (2.0 - share) * depth) ** 2).sum())
-    rng = np.random.default_rng(3)
-    assert_gradient(lambda x: energy_of(x, samples, NONE, full)[0], x, gradient, rng)
+    assert_gradient(lambda x: energy_of(x, samples, NONE, full)[0], x, gradient, np.random.default_rng(3))
 
 
 def test_rows_of_triangles_that_collapse_have_bounded_slopes():

@@ -63,8 +63,7 @@ def test_what_does_not_turn_is_not_carried(face, joints):
     rates = np.random.default_rng(1).random(len(face.muscles))
     assert np.array_equal(joints.carried(face.points, rates, rates), face.points)
     others = rates * [name not in face.joint_weights for name in face.muscles]
-    yields = {other for joint in face.joint_weights.values() for other in joint.yields}
-    assert yields <= set(face.muscles)
+    assert {other for joint in face.joint_weights.values() for other in joint.yields} <= set(face.muscles)
     assert np.array_equal(joints.carried(face.points, 0.0 * rates, others), face.points)
     assert joints.parts(rates, rates) == joints.parts(0.0 * rates, others) == 1
 

@@ -32,8 +32,7 @@ def test_a_quadratic_energy_is_at_its_minimum_after_a_step():
         gradient[:] = product - force
         return float((u * (0.5 * product - force)).sum())
 
-    minimizer = Minimizer(Factors(matrices), np.ones(n), iterations=5)
-    end = minimizer.minimized(energy, np.zeros((n, 3)))
+    end = Minimizer(Factors(matrices), np.ones(n), iterations=5).minimized(energy, np.zeros((n, 3)))
     expected = np.stack([np.linalg.solve(m.toarray(), force[:, k]) for k, m in enumerate(matrices)], axis=1)
     np.testing.assert_allclose(end.u, expected, rtol=0.0, atol=1e-5)  # factors are of single precision
     assert end.before == 0.0

@@ -89,8 +89,7 @@ def test_lips_are_pressed_on_each_other_along_the_height(any_face):
 
 
 def test_the_pressure_of_the_lips_on_each_other_moves_nothing_as_a_whole(face):
-    rng = np.random.default_rng(0)
-    area = rng.uniform(0.5, 2.0, len(face.points))
+    area = np.random.default_rng(0).uniform(0.5, 2.0, len(face.points))
     forces = closing_forces(face, area)
     size = np.abs(forces).sum()
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)

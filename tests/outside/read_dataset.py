@@ -68,8 +68,7 @@ def datasets(name: str) -> None:
 
     files, cache = f"{name}/shard-*.tar", f"cache_{name}"
     whole = load_dataset("webdataset", data_files=files, split="train", cache_dir=cache)
-    stream = load_dataset("webdataset", data_files=files, split="train", streaming=True)
-    for pictures in (whole, stream):
+    for pictures in (whole, load_dataset("webdataset", data_files=files, split="train", streaming=True)):
         facts = [sample["json"] for sample in pictures]
         assert len(facts) == COUNT
         assert {fact["furrows"][0]["number"] for fact in facts} == {0}

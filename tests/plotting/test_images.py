@@ -52,8 +52,7 @@ def test_a_figure_shows_a_picture_pixel_by_pixel():
 
 
 def test_titles_stand_below_the_columns_of_a_figure():
-    image = np.zeros((40, 300, 3), np.uint8)
-    shown = figure(image, ["a", "b", "c"])
+    shown = figure(np.zeros((40, 300, 3), np.uint8), ["a", "b", "c"])
     try:
         shown.canvas.draw()
         pixels = np.asarray(shown.canvas.buffer_rgba())[:, :, :3]

@@ -138,11 +138,9 @@ def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
             np.testing.assert_array_equal(scene.plotter.actors[name].user_matrix, TURN)
             np.testing.assert_allclose(points_of(scene, name), points, atol=1e-3)
         assert np.abs(there.astype(int) - at_rest).mean() > 4.0
-        again = scene.picture(still)
-        np.testing.assert_array_equal(again, at_rest)
+        np.testing.assert_array_equal(scene.picture(still), at_rest)
     # A camera that goes with the head sees what it sees of a head that keeps still.
-    followed = picture(turned, face, Style(SIZE, follow=True))
-    assert np.abs(followed.astype(int) - at_rest).mean() < 0.05
+    assert np.abs(picture(turned, face, Style(SIZE, follow=True)).astype(int) - at_rest).mean() < 0.05
 
 
 def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
@@ -155,8 +153,7 @@ def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
     for eye in face.eyes:
         where, wanted = ((m[:3, :3] @ eye.centre + m[:3, 3]) for m in (pose, TURN))
         assert np.linalg.norm(where - wanted) < 0.5  # mm, of 58
-    turned = Rotation.from_matrix(pose[:3, :3] @ TURN[:3, :3].T).magnitude()
-    assert np.degrees(turned) < 0.5  # of 32
+    assert np.degrees(Rotation.from_matrix(pose[:3, :3] @ TURN[:3, :3].T).magnitude()) < 0.5  # of 32
     # The picture is that of a head whose turn is known.
     known = frame.copy()
     known.field_data["pose"] = TURN
@@ -190,8 +187,7 @@ def test_texels_are_counted_on_most_of_the_surface():
     sheet = pv.Plane(i_size=2.0, j_size=1.0, i_resolution=20).triangulate()
     place = np.asarray(sheet.points)[:, :2] + [1.0, 0.5]
     place[:, 0] = np.where(place[:, 0] < 0.2, 2.0 * place[:, 0], place[:, 0] + 0.2) / 2.2
-    corners = place[sheet.regular_faces]
-    found = texels_per_pixel(sheet, corners, np.zeros((500, 1100, 3)), pixel=0.01)
+    found = texels_per_pixel(sheet, place[sheet.regular_faces], np.zeros((500, 1100, 3)), pixel=0.01)
     assert found == pytest.approx(5.0)  # 1100 texels over 2.2, 500 over 1
 
 

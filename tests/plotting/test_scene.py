@@ -24,11 +24,9 @@ def bare():
 
 
 def test_wrinkles_show_on_the_forehead_and_nowhere_else(face, wrinkled, bare):
-    style = Style(SMALL)
-    with Scene(face, style) as scene:
+    with Scene(face, Style(SMALL)) as scene:
         images = [scene.picture(frame) for frame in (wrinkled, bare)]
-        lifted = np.asarray(wrinkled.points)[np.abs(wrinkled["W"]) > 0.2]
-        rows, columns = on_screen(scene, lifted).T
+        rows, columns = on_screen(scene, np.asarray(wrinkled.points)[np.abs(wrinkled["W"]) > 0.2]).T
     changed = difference(*images) > 8
     assert images[0].shape == (SMALL[1], SMALL[0], 3)
     assert images[0].dtype == np.uint8
@@ -42,8 +40,7 @@ def test_wrinkles_show_on_the_forehead_and_nowhere_else(face, wrinkled, bare):
 def test_scene_shows_the_last_frame_and_forgets_the_others(face, wrinkled, bare):
     style = Style(SMALL, "forehead")
     alone = [picture(frame, face, style) for frame in (bare, wrinkled, face.mesh)]
-    one_scene = list(pictures([bare, wrinkled, face.mesh], face, style))
-    for expected, image in zip(alone, one_scene, strict=True):
+    for expected, image in zip(alone, pictures([bare, wrinkled, face.mesh], face, style), strict=True):
         np.testing.assert_array_equal(image, expected)
     assert difference(alone[0], alone[1]).max() > 30
     assert difference(alone[0], alone[2]).max() > 30
@@ -71,8 +68,7 @@ def test_clay_has_one_color_and_shows_the_same_form(face, wrinkled):
     colored = picture(wrinkled, face, Style(SMALL)).astype(float)
     many = colored[colored.sum(axis=2) > 250.0]
     assert hue.std(axis=0).max() < 0.6 * (many / many.sum(axis=1, keepdims=True)).std(axis=0).max()
-    bare = picture(face.mesh, face, Style(SMALL, clay=True))
-    assert difference(image, bare).max() > 30
+    assert difference(image, picture(face.mesh, face, Style(SMALL, clay=True))).max() > 30
 
 
 def test_stale_normals_are_not_trusted(face):
@@ -138,8 +134,7 @@ def test_a_picture_that_was_begun_is_that_of_its_frame_whatever_follows(face):
     with Scene(face, Style(SMALL)) as scene, Scene(face, Style(SMALL, "forehead")) as other:
         expected = [scene.picture(frame) for frame in (face.mesh, held("paper_surprise"))]
         first, beside = scene.begun(face.mesh), other.begun(face.mesh)
-        second = scene.begun(held("paper_surprise"))
-        np.testing.assert_array_equal(second(), expected[1])
+        np.testing.assert_array_equal(scene.begun(held("paper_surprise"))(), expected[1])
         np.testing.assert_array_equal(first(), expected[0])
         late = scene.begun(face.mesh)
         np.testing.assert_array_equal(beside(), other.picture(face.mesh))
@@ -178,11 +173,9 @@ def test_fields_have_color(face):
     for name in ("W", "muscle"):
         np.testing.assert_array_equal(picture(wrinkled, face, Style(SMALL, scalars=name)), images[name])
     colorful = np.ptp(images["W"].astype(int), axis=2)
-    furrows = np.asarray(wrinkled["W"]) < -0.3
-    assert furrows.any()
+    assert (np.asarray(wrinkled["W"]) < -0.3).any()
     assert colorful.max() > 60
-    rest = picture(face.mesh, face, Style(SMALL, brows=False))
-    assert difference(images["W"], rest).max() > 60
+    assert difference(images["W"], picture(face.mesh, face, Style(SMALL, brows=False))).max() > 60
 
 
 def test_fields_that_cannot_be_drawn(face):

@@ -63,8 +63,7 @@ def shapes(given, rig):
 
 def test_vertices_have_the_displacements_of_the_rig_at_their_places(given, rig, shapes):
     skin = given[2][0]
-    model = rig.parts["face"]
-    away, nearest = cKDTree(model.points).query(shapes.points[skin])
+    away, nearest = cKDTree(rig.parts["face"].points).query(shapes.points[skin])
     assert away.max() < 1e-6  # merged twins at the split middle, too
     np.testing.assert_allclose(shapes.deltas[:, skin], rig.deltas[:, nearest], atol=1e-6)
     assert np.linalg.norm(shapes.deltas[0, skin], axis=1).max() > 15.0
@@ -87,8 +86,7 @@ def test_eyes_of_the_mesh_turn_by_their_own_vertices(given, shapes):
 
 
 def test_what_nothing_is_near_is_said(given, shapes):
-    loose = given[3]
-    assert np.flatnonzero(~shapes.reached).tolist() == [loose]
+    assert np.flatnonzero(~shapes.reached).tolist() == [given[3]]
 
 
 def test_another_mesh_is_refused(rig):

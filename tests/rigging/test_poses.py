@@ -60,8 +60,7 @@ def test_lids_clear_the_balls_at_all_weights(face, posing, name):
     pose = posing.at({name: (ARKIT[name], 1.0)})
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
-        rest = np.linalg.norm(posing.rest - centre, axis=1)
-        outside = rest >= radius
+        outside = np.linalg.norm(posing.rest - centre, axis=1) >= radius
         for weight in (0.25, 0.5, 0.75, 1.0):
             moved = (1.0 - weight) * posing.rest + weight * pose.base
             assert (np.linalg.norm(moved - centre, axis=1)[outside] > radius - 0.1).all()
@@ -89,8 +88,7 @@ def test_modeled_movements_clear_teeth_and_lips_at_all_weights(face, posing, ora
     pose = posing.at({name: (ARKIT[name], 1.0)})
     full = face.jaw_angle(dict(zip(face.muscles, pose.rates, strict=True)))
     for weight in (0.25, 0.5, 0.75, 1.0):
-        moved = posing.rest + weight * (pose.base - posing.rest)
-        found = oracle.findings(moved, weight * full)
+        found = oracle.findings(posing.rest + weight * (pose.base - posing.rest), weight * full)
         assert max(found.lips, found.teeth, found.eyes) < DEEPEST
         assert found.inverted == 0
 

@@ -48,8 +48,7 @@ def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
     assert not shapes_of("arkit", face)[1]
     licking = dataclasses.replace(face, parts={"tongue": Part(pv.Sphere(), "mandible")})
     assert shapes_of("arkit", licking)[1] == {"tongueOut": "the tongue that came with the mesh does not move"}
-    blind = dataclasses.replace(face, eyes=[])
-    shapes, left_out = shapes_of("arkit", blind)
+    shapes, left_out = shapes_of("arkit", dataclasses.replace(face, eyes=[]))
     assert {"eyeBlinkLeft", "eyeWideRight"} <= left_out.keys()
     assert left_out["eyeBlinkLeft"] == "the lids of this mesh do not open"
     assert not left_out.keys() & shapes.keys()

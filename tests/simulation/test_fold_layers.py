@@ -94,8 +94,7 @@ def test_waves_say_that_they_take_nothing_from_a_muscle(face):
     with pytest.warns(FaceWrinkleWarning, match="frontalis_inner_l were changed, and its lines are drawn as waves"):
         fw.Simulation(finer)
     fw.Simulation(finer, folds="paper")  # no warning
-    drawn = changed(finer, "frontalis_inner_l", waves=False)
-    sim = fw.Simulation(drawn)
+    sim = fw.Simulation(changed(finer, "frontalis_inner_l", waves=False))
     sim.contract({"frontalis_inner_l": 1.0})
     sim.settle()
     assert np.abs(sim.fields("frontalis_inner_l")["W"]).max() > 0.1
@@ -114,8 +113,7 @@ def test_added_muscles_stay_and_others_stay_away(face, folds):
 
 def test_a_surface_keeps_its_own_muscles_as_printed(face):
     muscle = fw.LinearMuscle((0, 0, -5), (0, 20, 0), max_angle=0.5, radius=30.0)
-    plain = fw.surface(face.mesh).with_muscles({"mine": muscle})
-    sim = fw.Simulation(plain, folds="printed")
+    sim = fw.Simulation(fw.surface(face.mesh).with_muscles({"mine": muscle}), folds="printed")
     assert sim.muscles == ("mine",)
     assert isinstance(sim.layers[0], PrintedWrinkles)
 
@@ -165,8 +163,7 @@ def test_recordings_of_surfaces_without_anatomy_fold_them_when_asked(face):
     cloth = fw.surface(face.mesh)
     clip = fw.Recorded.of_positions(cloth.points * np.array([[[1, 1, 1]], [[1, 0.75, 1]]]), fps=2)
     assert fw.Simulation(cloth, motion=clip).layers == []
-    sim = fw.Simulation(cloth, fw.Refinement(max_level=1), layers=[WaveFolds()], motion=clip)
-    *_, frame = sim.run(30)
+    *_, frame = fw.Simulation(cloth, fw.Refinement(max_level=1), layers=[WaveFolds()], motion=clip).run(30)
     assert np.ptp(frame["W"]) > 0.5
 
 
@@ -184,15 +181,13 @@ def test_every_face_has_the_lines_of_the_mean_head_unless_its_muscles_are_others
     for one in (face, coarse, fw.default_face({"width": 0.5}), dataclasses.replace(coarse, age=0.5)):
         assert shapes_of(one) is shapes_of(head)
     assert shapes_of(head).face is head
-    fewer = dict(list(coarse.muscles.items())[1:])
-    other = dataclasses.replace(coarse, muscles=fewer)
+    other = dataclasses.replace(coarse, muscles=dict(list(coarse.muscles.items())[1:]))
     assert shapes_of(other).face is other
     mine = coarse.with_expressions({"mine": {"AU1": 1.0}})
     assert shapes_of(mine).lines.keys() == shapes_of(head).lines.keys()
     printed = coarse.with_atlas(printed_atlas())
     assert shapes_of(printed).face is mean_face(printed.atlas)
-    softer = fw.SkinMaterial(bending=10.0)
-    assert fold_shapes(face, fw.Skin(face, material=softer)) is shapes_of(face)
+    assert fold_shapes(face, fw.Skin(face, material=fw.SkinMaterial(bending=10.0))) is shapes_of(face)
 
 
 def test_the_stored_shapes_of_the_head_are_those_of_its_skin(face):
@@ -272,8 +267,7 @@ def test_layers_that_another_face_has_used_are_as_new(face, coarse, fingerprint)
 
 def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_stay(face, coarse):
     first = fw.Simulation(face)
-    again = fw.Simulation(face, layers=first.layers)
-    assert again.layers[-1].shapes is first.layers[-1].shapes
+    assert fw.Simulation(face, layers=first.layers).layers[-1].shapes is first.layers[-1].shapes
     other = fw.Simulation(coarse, layers=first.layers)
     assert other.layers[-1].shapes is first.layers[-1].shapes
     own, cloth = WaveFolds(), fw.surface(coarse.mesh)

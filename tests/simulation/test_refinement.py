@@ -56,8 +56,7 @@ def test_triangle_counts_are_those_of_the_paper_roughly(played, name):
 def test_refinement_stays_in_the_regions_of_the_muscles(played, name):
     held, frame = played(name).held, played(name).top
     active = np.logical_or.reduce([held.fields[m]["region"] for m, rate in held.rates.items() if rate > 0.0])
-    new = frame["level"] > 0
-    distance = cKDTree(frame["rest"][active]).query(frame["rest"][new])[0]
+    distance = cKDTree(frame["rest"][active]).query(frame["rest"][frame["level"] > 0])[0]
     assert distance.max() < 16.0  # red triangles and their closure reach a base triangle or two beyond
 
 

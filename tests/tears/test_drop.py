@@ -42,8 +42,7 @@ def test_mass_is_kept_to_a_tenth_of_a_percent_by_the_formula_too():
 
 def test_it_grows_hangs_by_its_tip_and_lets_go_without_a_jump():
     tear = fw.DrippingTear(start=(1.0, 2.0, 3.0), begin=1.0, hang=0.5)
-    times = np.linspace(1.0, 1.5, 20)
-    meshes = [tear.surface(t) for t in times]
+    meshes = [tear.surface(t) for t in np.linspace(1.0, 1.5, 20)]
     assert (np.diff([m.volume for m in meshes]) > 0.0).all()
     for mesh in meshes:
         assert mesh.bounds.y_max == pytest.approx(2.0)
@@ -58,8 +57,7 @@ def test_it_falls_as_things_fall():
     free = np.linspace(tear.begin + tear.hang, tear.end, 7)
     drops = [tear.surface(t) for t in free]
     centre = [trimesh.Trimesh(drop.points, drop.regular_faces, process=False).center_mass[1] for drop in drops]
-    expected = centre[0] - 0.5 * 9810.0 * (free - free[0]) ** 2
-    assert centre == pytest.approx(expected, abs=0.05)
+    assert centre == pytest.approx(centre[0] - 0.5 * 9810.0 * (free - free[0]) ** 2, abs=0.05)
     assert centre[0] - centre[-1] == pytest.approx(500.0, abs=0.05)
     steady = fw.DrippingTear(fall=Fall(speed=100.0, depth=50.0))
     assert steady.end - steady.begin - steady.hang == pytest.approx(0.5)

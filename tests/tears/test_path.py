@@ -17,8 +17,7 @@ from facewrinkle.tears.support_surface import support_surface
 
 @pytest.mark.parametrize("azimuth", [0.1, 2.0, 4.5])
 def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
-    start = meridian(azimuth)[0]
-    way = paths.descent(support_surface(sphere), start, 0.5, 500.0)
+    way = paths.descent(support_surface(sphere), meridian(azimuth)[0], 0.5, 500.0)
     angle = np.arctan2(way[:, 2], way[:, 0])
     turned = np.remainder(angle - azimuth + np.pi, 2.0 * np.pi) - np.pi
     assert np.abs(turned)[: len(way) * 9 // 10].max() < 0.05

@@ -83,8 +83,7 @@ def test_another_seed_gives_other_tears(face, fingerprint):
 
 def test_a_later_tear_runs_into_the_first(face):
     first = fw.SheddingTear(face, start="l")
-    second = fw.SheddingTear(face, start=first.path.points[40] + [1.0, 0.0, 0.0], seed=3)
-    assert second.meets(first)
+    assert fw.SheddingTear(face, start=first.path.points[40] + [1.0, 0.0, 0.0], seed=3).meets(first)
     assert not first.meets(fw.SheddingTear(face, start="r"))
 
 

@@ -172,12 +172,10 @@ def test_a_lip_that_is_pushed_through_the_other_is_found(face, oracle, push):
     points = face.points.copy()
     middle = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"])
     lower = np.unique(face.triangles[oracle.lips.lower.kept])
-    upper = np.unique(face.triangles[oracle.lips.upper.kept])
-    lower = np.setdiff1d(lower, upper)
+    lower = np.setdiff1d(lower, np.unique(face.triangles[oracle.lips.upper.kept]))
     near = np.exp(-(((points[lower] - middle) / 12.0) ** 2).sum(axis=1))
     points[lower] += push * near[:, None] * face.frame.axes[1]
-    depth = found(oracle, points).lips
-    assert depth == (0.0 if push == 0.0 else pytest.approx(push, rel=0.4))
+    assert found(oracle, points).lips == (0.0 if push == 0.0 else pytest.approx(push, rel=0.4))
 
 
 def test_a_lid_that_is_pulled_over_the_other_is_found(face, oracle):
@@ -225,8 +223,7 @@ def test_a_tooth_through_the_middle_of_a_large_triangle_is_found(face, oracle):
     kept = crowns.samples, crowns.at_rest
     try:
         crowns.samples, crowns.at_rest = samples, np.zeros(len(samples.shares))
-        deep = crowns.depths(corners)
-        assert 0.3 < deep.max() < 0.55
+        assert 0.3 < crowns.depths(corners).max() < 0.55
         assert crowns.depths(corners + face.frame.axes[2]).max() == 0.0
     finally:
         crowns.samples, crowns.at_rest = kept
@@ -242,8 +239,7 @@ def test_depths_in_teeth_are_those_of_a_naive_search(face, oracle):
     assert len(some) > 20
     places = crowns.samples.places(points)[some]
     teeth, _ = teeth_of(face.landmarks, face.frame)
-    cloud = Samples.of(teeth.points, teeth.triangles, 0.15).places(teeth.points)
-    naive = cKDTree(cloud).query(places)[0]
+    naive = cKDTree(Samples.of(teeth.points, teeth.triangles, 0.15).places(teeth.points)).query(places)[0]
     assert (naive < deep[some] + 0.1).all()  # the nearest place may lie on a neighboring crown
     assert np.mean(naive > deep[some] - 0.1) > 0.9
 
@@ -439,13 +435,11 @@ def test_sequences_hold_all_that_is_asked_of_them(face):
         assert 0.0 <= one.rates.min() <= one.rates.max() <= 1.0
         assert list(one.starts) == sorted(set(one.starts))
         changes = np.flatnonzero((np.diff(one.rates, axis=0, prepend=0.0) != 0.0).any(axis=1))
-        covered = {f for part in one.transitions() for f in range(part.start, part.stop)}
-        assert set(changes.tolist()) <= covered
+        assert set(changes.tolist()) <= {f for part in one.transitions() for f in range(part.start, part.stop)}
         if one.released:
             assert not one.rates[-RELEASED:].any()
     steps = np.concatenate([np.diff(one.rates, axis=0) for one in played])
-    jaw = list(face.muscles).index("jaw")
-    assert (steps[:, jaw] == -1.0).any()  # shuts in one step
+    assert (steps[:, list(face.muscles).index("jaw")] == -1.0).any()  # shuts in one step
     assert ((steps == 1.0).sum(axis=1) >= 20).any()
     assert any((one.rates == 1.0).all(axis=1).any() for one in played)
     assert any(((one.rates == 1.0).sum(axis=1) == 20).any() for one in played)

@@ -54,8 +54,7 @@ def test_surprise_turns_nothing_over_and_nothing_runs_through_itself():
 def test_a_run_goes_on_where_it_was(tmp_path, monkeypatch):
     path = tmp_path / "some" / "run.jsonl"
     cases = [(7, 2), (9, 4), (5, 5)]
-    first = run(path, divmod, cases[:2])
-    assert first == {(7, 2): [3, 1], (9, 4): [2, 1]}
+    assert run(path, divmod, cases[:2]) == {(7, 2): [3, 1], (9, 4): [2, 1]}
     lines = path.read_text().splitlines(keepends=True)
     path.write_text(lines[0].replace("[3, 1]", '"kept"') + lines[1][:30])  # killed as it wrote
     assert run(path, divmod, cases, workers=2) == {(7, 2): "kept", (9, 4): [2, 1], (5, 5): [1, 0]}
@@ -163,6 +162,5 @@ def test_the_pig_is_closed_and_turned_outwards():
 
 
 def test_each_call_makes_a_mesh_of_its_own():
-    pig = fw.examples.load_pig()
-    pig.points[:] = 0
+    fw.examples.load_pig().points[:] = 0
     assert fw.examples.load_pig().length > 300

@@ -80,8 +80,7 @@ def test_marks_lie_on_the_photographs():
 def test_dark_lines_are_found_on_people_not_seen_before(dark_lines, tmp_path):
     pytest.importorskip("torch")
     folder, _ = dark_lines
-    found = report(folder, None, None, 60, tmp_path / "out")
-    skin = found.tables[0].rows
+    skin = report(folder, None, None, 60, tmp_path / "out").tables[0].rows
     assert skin[0][1] == pytest.approx(2 / SIZE)
     assert skin[0][3] > 0.9
     again = report(folder, None, tmp_path / "out" / "unet.pt", 60, tmp_path / "out")

@@ -29,8 +29,7 @@ def sheet():
 
 
 def simulated(mesh, pattern, **words):
-    layer = fw.PatternLayer(pattern, **words)
-    return fw.Simulation(mesh, layers=[layer]).step()
+    return fw.Simulation(mesh, layers=[fw.PatternLayer(pattern, **words)]).step()
 
 
 def accessed(mesh, pattern, **words):

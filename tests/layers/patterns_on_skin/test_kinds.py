@@ -37,8 +37,7 @@ def test_a_dimple_is_as_deep_as_its_strength_and_ends_at_its_border():
 def test_wave_vectors_by_differences(wrinkles):
     """The slope of a plain sine (sharpness 0) is the wave vector times its cosine."""
     plain = dataclasses.replace(wrinkles, sharpness=0.0, variation=0.0)
-    rng = np.random.default_rng(2)
-    x, y = plain.plane(rng.uniform(-0.9, 0.9, (200, 2)), 0.7)
+    x, y = plain.plane(np.random.default_rng(2).uniform(-0.9, 0.9, (200, 2)), 0.7)
     t, h = plain.time(0.0) + 0.3, 1e-6
     wx, wy = plain.wave_vector(x, y, t, 0.7)
     middle = plain.relief(x, y, 1.0, t, 0.7)
@@ -90,8 +89,7 @@ def test_the_crease_of_a_pouch_is_its_lowest_place():
     assert v[w.argmin()] == pytest.approx(-0.3, abs=0.02)
     assert w.min() == pytest.approx(-0.4, abs=0.02)
     assert -0.1 < w[v < -0.95].min() < w[v < -0.95].max() < 0.0
-    rising = (v > -0.28) & (v < 0.0)
-    assert (np.diff(w[rising]) > 0.0).all()
+    assert (np.diff(w[(v > -0.28) & (v < 0.0)]) > 0.0).all()
     assert np.gradient(w, v).max() > 3.0 * np.gradient(soft, v).max()  # steep above it
     np.testing.assert_allclose(w[v > 0.7], soft[v > 0.7], atol=0.03)  # and the rest of the pouch as before
 
@@ -111,8 +109,7 @@ def test_wrinkles_that_splay_curve_apart():
 @pytest.mark.parametrize("k", [0.0, 1e-7, 0.5, 2.0, 6.0])
 def test_sharpened_waves_keep_their_volume(k):
     wave = Cheek(sharpness=k).of_sine
-    s = np.sin(2 * np.pi * (np.arange(4000) + 0.5) / 4000)
-    h = wave(s)
+    h = wave(np.sin(2 * np.pi * (np.arange(4000) + 0.5) / 4000))
     assert abs(h.mean()) < 1e-12
     assert wave(1.0) - wave(-1.0) == pytest.approx(1.0, abs=1e-12)
     assert (np.diff(wave(np.linspace(-1, 1, 99))) > 0).all()

@@ -82,8 +82,7 @@ def test_depth_is_in_mm_whatever_the_unit():
 
 
 def test_nothing_outside_the_region_and_nothing_at_rest(slab, kind):
-    layer = fw.PatternLayer(kind, (10, 5, 0), size=(40.0, 30.0), depth=2.0)
-    frame = played(slab, [layer])[1]
+    frame = played(slab, [fw.PatternLayer(kind, (10, 5, 0), size=(40.0, 30.0), depth=2.0)])[1]
     outside = outline_norm((frame["rest"][:, :2] - [10, 5]) / [20, 15], "ellipse") >= 1.0 + 1e-9
     assert (frame["W"][outside] == 0.0).all()
     assert (frame["W"][~outside] != 0.0).any()
@@ -97,21 +96,17 @@ def test_nothing_outside_the_region_and_nothing_at_rest(slab, kind):
 def test_triangles_only_where_they_are_needed(slab):
     layer = fw.PatternLayer("cheek", (0, 0, 0), size=30.0, number=4)
     sim, frame = played(slab, [layer])
-    far = (np.abs(frame["rest"][:, :2]) > 25.0).any(axis=1)
-    assert (frame["level"][far] == 0).all()
+    assert (frame["level"][(np.abs(frame["rest"][:, :2]) > 25.0).any(axis=1)] == 0).all()
     assert frame["level"].max() == layer.level_needed(slab) == sim.refinement.max_level
     # In the middle the furrows, 7.5 mm apart, have at least three vertices per half wave.
     near = np.linalg.norm(frame["rest"][:, :2], axis=1) < 5.0
-    gaps = np.diff(np.unique(frame["rest"][near, 0].round(6)))
-    assert gaps.max() < 7.5 / 2 / 3
+    assert np.diff(np.unique(frame["rest"][near, 0].round(6))).max() < 7.5 / 2 / 3
 
 
 @pytest.mark.parametrize("weights", [[1 / 3, 1 / 3, 1 / 3], [0.6, 0.3, 0.1]])
 def test_a_region_between_the_vertices_is_found(slab, weights):
     center = weights @ slab.points[slab.triangles[100]]
-    layer = fw.PatternLayer("dimple", center, size=1.0, depth=0.3)
-    frame = played(slab, [layer], 12)[1]
-    assert frame["W"].min() < -0.25
+    assert played(slab, [fw.PatternLayer("dimple", center, size=1.0, depth=0.3)], 12)[1]["W"].min() < -0.25
 
 
 @pytest.mark.parametrize("cap", ["off", "one less"])
@@ -207,8 +202,7 @@ def test_the_skin_below_drives_the_strength(slab, along):
 
 def test_patterns_and_muscles_together(face):
     """On the moving skin a pattern adds to what the muscles fold, and rides on it."""
-    layers = [fw.Creases(), *fw.PatternLayer.presets("dimple", face)]
-    sim = fw.Simulation(face, layers=layers)
+    sim = fw.Simulation(face, layers=[fw.Creases(), *fw.PatternLayer.presets("dimple", face)])
     sim.express("AU12")
     for _ in range(6):
         frame = sim.step()
@@ -234,8 +228,7 @@ def test_a_function_of_ones_own(slab):
     layer = fw.PatternLayer(lambda x, y, t: patterns.cheek(x, y, t, 0.5, 9.0), (0, 0, 0), size=40.0, t=0.7)
     frame = played(slab, [layer], refinement=fw.Refinement(max_level=0))[1]
     x, y = frame["rest"][:, 0] / 20, frame["rest"][:, 1] / 20
-    away = np.hypot(x, y)
-    inside = away < 0.4
+    inside = np.hypot(x, y) < 0.4
     np.testing.assert_allclose(frame["W"][inside], patterns.cheek(x, y, 0.7, 0.5, 9.0)[inside], atol=1e-9)
 
 

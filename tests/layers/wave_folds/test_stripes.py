@@ -35,8 +35,7 @@ def everywhere(face):
 def test_between_the_vertices_a_plane_wave_goes_on(sheet, level):
     ground = Ground(sheet, everywhere(sheet), level)
     places = ground.points
-    sign = np.where(np.random.default_rng(3).random(len(places)) < 0.5, -1.0, 1.0)
-    waves = sign[:, None] * K
+    waves = np.where(np.random.default_rng(3).random(len(places)) < 0.5, -1.0, 1.0)[:, None] * K
     stripes = Stripes(ground, waves, (waves * places).sum(axis=1), np.ones(len(places)), np.ones(len(sheet.points)))
     forest = RedGreenForest(sheet.triangles)
     for _ in range(4):
@@ -51,8 +50,7 @@ def test_between_the_vertices_a_plane_wave_goes_on(sheet, level):
 
 def test_a_cosine_decays_as_diffusion_says(sheet):
     ground = Ground(sheet, everywhere(sheet), 2)
-    spread = np.broadcast_to(np.diag([4.0, 0.5, 1.0]), (len(ground.triangles), 3, 3))
-    smooth = Smoothing(ground).over(spread)
+    smooth = Smoothing(ground).over(np.broadcast_to(np.diag([4.0, 0.5, 1.0]), (len(ground.triangles), 3, 3)))
     for axis, length, variance in ((0, 20.0, 4.0), (1, 16.0, 0.5)):
         k = 2.0 * np.pi / length  # level at the borders, where nothing flows
         mode = np.cos(k * (ground.points[:, axis] + 0.5 * length))
@@ -62,8 +60,7 @@ def test_a_cosine_decays_as_diffusion_says(sheet):
 
 @pytest.mark.parametrize("thick", [1.5, 2.5])
 def test_a_flap_is_as_thin_as_it_is(thick):
-    plate = pv.Box((-30, 30, -30, 30, 0, thick), level=60).triangulate().clean()
-    face = fw.surface(plate)
+    face = fw.surface(pv.Box((-30, 30, -30, 30, 0, thick), level=60).triangulate().clean())
     inside = (np.abs(face.points[:, :2]) < 20.0).all(axis=1)
     np.testing.assert_allclose(edge_distance(face)[inside], thick, rtol=1e-6)
 
@@ -76,8 +73,7 @@ def test_borders_are_edges_and_a_thick_block_has_none():
     np.testing.assert_allclose(found[near], away[near], atol=1e-5)
     assert np.isinf(found[away > EDGE[1] + 1e-6]).all()
     block = fw.surface(pv.Box((-30, 30, -30, 30, 0, 30), level=20).triangulate().clean())
-    middle = (np.abs(block.points[:, :2]) < 20.0).all(axis=1)
-    assert np.isinf(edge_distance(block)[middle]).all()
+    assert np.isinf(edge_distance(block)[(np.abs(block.points[:, :2]) < 20.0).all(axis=1)]).all()
 
 
 def test_skin_along_the_lids_does_not_fold(face):

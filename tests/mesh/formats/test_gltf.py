@@ -26,11 +26,10 @@ def document(points=POINTS, triangles=TRIANGLES):
 
 def test_a_mesh_comes_as_it_is_from_all_three_containers(tmp_path):
     made, _ = document()
-    inline = "data:;base64," + base64.b64encode(made.blob).decode()
     paths = [
         made.glb(tmp_path / "a.glb"),
         made.gltf(tmp_path / "b.gltf", "data%20file.bin"),
-        made.gltf(tmp_path / "c.gltf", inline),
+        made.gltf(tmp_path / "c.gltf", "data:;base64," + base64.b64encode(made.blob).decode()),
     ]
     (tmp_path / "data file.bin").write_bytes(made.blob)
     before = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
@@ -415,5 +414,4 @@ def test_hollow_polygons_are_covered_and_nothing_beside_them():
 
 def test_polygons_without_area_are_split_all_the_same():
     line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
-    triangles = polygon_triangles(line, np.array([4, 3]))
-    assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]
+    assert polygon_triangles(line, np.array([4, 3])).tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]

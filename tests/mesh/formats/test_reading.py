@@ -279,8 +279,7 @@ def test_obj_with_texture_numbers_that_lead_nowhere(tmp_path):
 
 def test_polygons_lines_strips_and_float32():
     points = np.array([[0, 0, 0], [2, 0, 0], [3, 1, 0], [1, 1, 0], [2, 2, 0]], dtype=np.float32)
-    mesh = pv.PolyData(points, faces=[4, 0, 1, 2, 3, 3, 3, 2, 4], lines=[2, 0, 4], verts=[1, 4])
-    read = read_surface(mesh)
+    read = read_surface(pv.PolyData(points, faces=[4, 0, 1, 2, 3, 3, 3, 2, 4], lines=[2, 0, 4], verts=[1, 4]))
     assert read.points.dtype == np.float64
     assert same_triangles(read.regular_faces, [[0, 1, 3], [1, 2, 3], [3, 2, 4]])  # the shorter diagonal
     assert (read.n_lines, read.n_verts) == (0, 0)
@@ -348,8 +347,7 @@ def test_scenes_of_trimesh(tmp_path):
         read_surface(trimesh.Scene())
     photo = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
     sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    image = Image.fromarray(photo)
-    sheet.visual = trimesh.visual.TextureVisuals(uv=sheet.vertices[:, :2], image=image)
+    sheet.visual = trimesh.visual.TextureVisuals(uv=sheet.vertices[:, :2], image=Image.fromarray(photo))
     np.testing.assert_array_equal(read_texture(trimesh.Scene(sheet)), photo)
 
 

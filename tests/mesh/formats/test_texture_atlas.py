@@ -145,8 +145,7 @@ def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
 
 
 def test_transparency_stays_where_one_of_them_has_it(folder):
-    clear = np.dstack([BLUE, np.full(BLUE.shape[:2], 7, np.uint8)])
-    Image.fromarray(clear).save(folder / "blue.png")
+    Image.fromarray(np.dstack([BLUE, np.full(BLUE.shape[:2], 7, np.uint8)])).save(folder / "blue.png")
     mesh = surface_in(folder / "a.obj")
     names, number = mesh.images
     laid, image = merged_texture(mesh)
