@@ -8,8 +8,6 @@ from expressions import after
 from real_faces import built_in
 
 import facewrinkle as fw
-from facewrinkle.plotting import Scene
-from facewrinkle.simulation.fold_layers import fold_layers
 
 SMALL = (160, 200)
 
@@ -20,7 +18,9 @@ def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
     as deep as those of the young, so that they are seen in small pictures.
     """
     face = built_in()
-    return after(fw.Simulation(face, layers=fold_layers(face, "wave", depth=2.0) if wrinkles else []), expression, 15)
+    return after(
+        fw.Simulation(face, layers=fw.fold_layers(face, "wave", depth=2.0) if wrinkles else []), expression, 15
+    )
 
 
 def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -28,7 +28,7 @@ def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.abs(first.astype(int) - second.astype(int)).max(axis=2)
 
 
-def on_screen(scene: Scene, points: np.ndarray) -> np.ndarray:
+def on_screen(scene: fw.plotting.Scene, points: np.ndarray) -> np.ndarray:
     """Pixels [row, column] of points, as VTK's own camera projects them."""
     width, height = scene.style.size
     matrix = scene.plotter.camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)

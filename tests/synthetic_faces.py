@@ -17,7 +17,6 @@ from facewrinkle.anatomy.eyeball import Eyeball
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.geometry.topology import ring_triangles
-from facewrinkle.mesh import to_polydata
 
 BACK_EDGE = (1.03, 0.7)
 """The ring of the back edges of lids: its size relative to the rim, their front edge, and how far behind it, mm."""
@@ -38,13 +37,13 @@ BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5),
 @lru_cache(maxsize=8)
 def head_with(*kinds: str) -> Face:
     """The built-in head with kinds of lids and mouth, which are the names in `MAKERS`. Not to be changed."""
-    return Face.from_landmarks(to_polydata(*skin_with(*kinds)), built_in().landmarks, 1.0)
+    return Face.from_landmarks(fw.mesh.to_polydata(*skin_with(*kinds)), built_in().landmarks, 1.0)
 
 
 @lru_cache(maxsize=4)
 def head_with_balls(*kinds: str) -> Face:
     """The same with two plain spheres as eyes, fitted like a file that has all of it in one mesh."""
-    mesh = to_polydata(*skin_with(*kinds))
+    mesh = fw.mesh.to_polydata(*skin_with(*kinds))
     for eye in built_in().eyes:
         mesh += pv.Sphere(radius=BALL * eye.radius, center=eye.centre, theta_resolution=24, phi_resolution=16)
     with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):  # separate parts
@@ -68,7 +67,7 @@ def half_sewn() -> tuple[Face, np.ndarray, np.ndarray]:
     for a, b in ((one, seam), (seam, other)):
         triangles += [np.stack([a[2:], a[1:-1], b[1:-1]], axis=1), np.stack([a[2:], b[1:-1], b[2:]], axis=1)]
     middle = 0.5 * (face.points[one] + face.points[other])[1:]
-    skin = to_polydata(np.vstack([face.points, middle]), np.vstack(triangles).astype(np.int32))
+    skin = fw.mesh.to_polydata(np.vstack([face.points, middle]), np.vstack(triangles).astype(np.int32))
     apart = np.arange(sewn + 1, half)
     return Face.from_landmarks(skin, face.landmarks, 1.0), loop[apart], loop[-apart]
 

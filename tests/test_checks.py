@@ -20,7 +20,6 @@ from facewrinkle.dataset.spec import Drawn, Spec
 from facewrinkle.errors import FaceWrinkleError, ParameterError, check_flag, check_positive, check_range, check_whole
 from facewrinkle.live.protocol import COMMANDS
 from facewrinkle.schemas import Limits, conforming, kinds_of
-from facewrinkle.session import Session
 
 NO_NUMBERS = ["3", b"3", None, [1.0], True, float("nan"), 10**400, object(), np.zeros(3), 1 + 0j]
 NOT_WHOLE = [float("inf"), -float("inf"), float("nan"), 2.5, np.ones(2)]
@@ -107,7 +106,7 @@ PLAIN = st.recursive(
     lambda inner: st.lists(inner, max_size=5) | st.dictionaries(TEXT, inner, max_size=4),
     max_leaves=8,
 )
-KINDS = {**kinds_of(Session), **COMMANDS, "spec": Spec, "drawn": Drawn}
+KINDS = {**kinds_of(fw.Session), **COMMANDS, "spec": Spec, "drawn": Drawn}
 
 
 @dataclass

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View, picture
 
 TILT = np.tan(np.radians(15.0))
 VIEWS = {
@@ -37,7 +36,9 @@ def detector(name: str) -> cv2.CascadeClassifier:
 
 def check(face: fw.Face, view: str) -> None:
     frame = fw.Simulation(face).step()
-    faces, eyes = found(picture(frame, face, Style(size=(600, 600), view=View(VIEWS[view], height=4.6))))
+    faces, eyes = found(
+        fw.picture(frame, face, fw.plotting.Style(size=(600, 600), view=fw.plotting.View(VIEWS[view], height=4.6)))
+    )
     assert faces == 1
     assert len(eyes) == 2
     assert eyes[0][0] < 0.5 < eyes[1][0]

@@ -13,7 +13,6 @@ from glb_files import write_glb
 
 import facewrinkle as fw
 from facewrinkle.errors import OPTIONAL, MissingPackageError, ParameterError, optional_imports
-from facewrinkle.export import write_movie
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 USED = ("gltf", "studio", "export", "dataset")
@@ -59,7 +58,11 @@ def compressed(folder, extension):
     ("package", "call", "message"),
     [
         *(
-            (name, lambda folder, face: write_movie(np.zeros((2, 4, 4, 3), np.uint8), folder / "a.mp4"), rf"{name}.*")
+            (
+                name,
+                lambda folder, face: fw.write_movie(np.zeros((2, 4, 4, 3), np.uint8), folder / "a.mp4"),
+                rf"{name}.*",
+            )
             for name in ("imageio", "imageio_ffmpeg")
         ),
         *(
@@ -86,7 +89,7 @@ def test_what_needs_a_missing_package_says_how_to_install_it(face, tmp_path, mon
         call(tmp_path, face)
     assert f'pip install "facewrinkle[{extra}]"' in str(told.value)
     assert not (tmp_path / "b.usd").exists()
-    assert write_movie(np.zeros((2, 4, 4, 3), np.uint8), tmp_path / "a.gif").exists()  # which needs none of them
+    assert fw.write_movie(np.zeros((2, 4, 4, 3), np.uint8), tmp_path / "a.gif").exists()  # which needs none of them
 
 
 WRONG = {

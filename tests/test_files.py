@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.anatomy.face_file import write_face
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
 from facewrinkle.files import (
@@ -24,8 +23,6 @@ from facewrinkle.files import (
     write_whole,
     written,
 )
-from facewrinkle.mesh import read_texture
-from facewrinkle.plotting import save_picture
 
 
 def test_output_folder(tmp_path, monkeypatch):
@@ -138,8 +135,10 @@ def test_a_full_disk_keeps_what_was_there(small_disk, face):
     (small_disk / "rest").write_bytes(bytes(8_300_000))
     calls = [
         lambda: write_mesh(face.mesh, small_disk / "head.glb", face, parts=True),
-        lambda: write_face(face, small_disk / "head.face"),
-        lambda: save_picture(np.random.default_rng(0).integers(0, 256, (300, 300, 3), np.uint8), small_disk / "a.png"),
+        lambda: fw.write_face(face, small_disk / "head.face"),
+        lambda: fw.plotting.save_picture(
+            np.random.default_rng(0).integers(0, 256, (300, 300, 3), np.uint8), small_disk / "a.png"
+        ),
     ]
     for call in calls:
         with pytest.raises(OutputError, match="no space left on its disk"):
@@ -149,7 +148,7 @@ def test_a_full_disk_keeps_what_was_there(small_disk, face):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
-@pytest.mark.parametrize("read", [bytes_of, text_of, check_file, read_texture, fw.read_atlas, fw.read_surface])
+@pytest.mark.parametrize("read", [bytes_of, text_of, check_file, fw.read_texture, fw.read_atlas, fw.read_surface])
 def test_what_became_a_pipe_is_not_waited_for(tmp_path, monkeypatch, read):
     """However it looked before it is opened."""
     os.mkfifo(tmp_path / "pipe.ply")

@@ -10,15 +10,12 @@ import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas, read_atlas
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.cli import main
-from facewrinkle.dataset import Spec
-from facewrinkle.errors import FaceWrinkleError, OutputError
 from facewrinkle.files import LARGEST_SETTINGS, inputs_kept, written
-from facewrinkle.mesh import read_surface
 
 SMALL = ("--size", "60", "--quiet")
 SHORT = ("--frames", "2", "--max-level", "0", "--no-movie", *SMALL)
 
-READERS = {"atlas": read_atlas, "landmarks": read_landmarks, "specification": Spec.read}
+READERS = {"atlas": read_atlas, "landmarks": read_landmarks, "specification": fw.dataset.Spec.read}
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +80,11 @@ def test_landmarks_that_were_edited_are_written_again(files, tmp_path, monkeypat
 def test_programs_name_their_files_themselves(files, tmp_path):
     path = tmp_path / "head.glb"
     shutil.copy(files / "head.glb", path)
-    mesh = read_surface(path)
+    mesh = fw.read_surface(path)
     assert fw.write_mesh(mesh, path) == path
     with inputs_kept():
-        read_surface(path)
-        with pytest.raises(OutputError, match="was read, and would be replaced"):
+        fw.read_surface(path)
+        with pytest.raises(fw.errors.OutputError, match="was read, and would be replaced"):
             fw.write_mesh(mesh, path)
 
 
@@ -100,9 +97,9 @@ def test_settings_are_ordinary_files(tmp_path, what):
     link = tmp_path / "link"
     link.symlink_to("/dev/zero")
     for path, problem in ((pipe, "not a regular file"), (link, "not a regular file"), (large, "larger than 256 MB")):
-        with pytest.raises(FaceWrinkleError, match=problem):
+        with pytest.raises(fw.FaceWrinkleError, match=problem):
             READERS[what](path)
-    with pytest.raises(FaceWrinkleError, match="it is a folder"):
+    with pytest.raises(fw.FaceWrinkleError, match="it is a folder"):
         READERS[what](tmp_path)
 
 
@@ -110,7 +107,7 @@ def test_devices_and_pipes_are_not_replaced(face, tmp_path):
     pipe = tmp_path / "pipe.glb"
     os.mkfifo(pipe)
     for write in (lambda: fw.write_mesh(face.mesh, pipe), lambda: fw.write_atlas(face.atlas, pipe)):
-        with pytest.raises(OutputError, match="is not a regular file, so nothing is written"):
+        with pytest.raises(fw.errors.OutputError, match="is not a regular file, so nothing is written"):
             write()
     assert pipe.is_fifo()
 

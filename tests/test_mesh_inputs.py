@@ -11,7 +11,6 @@ import trimesh
 import vtkmodules.vtkCommonDataModel as vtk
 
 import facewrinkle as fw
-from facewrinkle.mesh import prepare, read_surface
 
 
 def _raw(mesh):
@@ -41,9 +40,9 @@ def _shed(mesh, face, folder):
 
 
 FUNCTIONS = {
-    "read_surface": lambda mesh, face, folder: read_surface(mesh).points,
+    "read_surface": lambda mesh, face, folder: fw.read_surface(mesh).points,
     "read_texture": lambda mesh, face, folder: np.array([fw.read_texture(mesh) is None]),
-    "prepare": lambda mesh, face, folder: prepare(mesh).points,
+    "prepare": lambda mesh, face, folder: fw.mesh.prepare(mesh).points,
     "surface": lambda mesh, face, folder: fw.surface(mesh).points,
     "Simulation": lambda mesh, face, folder: fw.Simulation(mesh, layers=[]).step().points,
     "fit_face": lambda mesh, face, folder: fw.fit_face(mesh, face.landmarks).landmarks["nose_tip"],
@@ -63,7 +62,7 @@ def bare(face):
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
 def test_all_forms_are_read(bare, form, tmp_path):
-    np.testing.assert_array_equal(read_surface(form(bare, tmp_path)).points, bare.points)
+    np.testing.assert_array_equal(fw.read_surface(form(bare, tmp_path)).points, bare.points)
 
 
 @pytest.mark.parametrize(
@@ -93,7 +92,7 @@ def test_a_face_of_what_pyvista_reads_and_the_texture_of_its_file(face, tmp_path
     assert isinstance(pv.read(path), pv.MultiBlock)
     assert fitted.unit == pytest.approx(1000.0, rel=0.05)
     assert fitted.muscles.keys() == face.muscles.keys()
-    np.testing.assert_array_equal(fw.read_texture(read_surface(path)), face.texture[:, :, :3])
+    np.testing.assert_array_equal(fw.read_texture(fw.read_surface(path)), face.texture[:, :, :3])
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)

@@ -17,7 +17,6 @@ from facewrinkle.anatomy.muscles import (
     TriangularMuscle,
     Wrinkles,
 )
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, check_positive, check_whole
 from facewrinkle.geometry import equations
 from facewrinkle.geometry.least_squares import moving_least_squares
 from facewrinkle.layers import patterns
@@ -87,9 +86,9 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
     (lambda: ring(protrusion=math.inf), "protrusion", "in [-1e+06, 1e+06]", "inf"),
     (lambda: crease(width=math.inf), "width", "a finite number greater than 0", "inf"),
     (lambda: crease(thickness=math.inf), "thickness", "a finite length", "inf"),
-    (lambda: check_positive("x", np.array([1.0, 2.0])), "x", "a number", "array([1., 2.])"),
-    (lambda: check_positive("x", math.nan), "x", "a finite number greater than 0", "nan"),
-    (lambda: check_whole("n", math.inf, 0, math.inf), "n", "a whole number", "inf"),
+    (lambda: fw.errors.check_positive("x", np.array([1.0, 2.0])), "x", "a number", "array([1., 2.])"),
+    (lambda: fw.errors.check_positive("x", math.nan), "x", "a finite number greater than 0", "nan"),
+    (lambda: fw.errors.check_whole("n", math.inf, 0, math.inf), "n", "a whole number", "inf"),
     (lambda: ring(centre=(0, math.inf, 0)), "centre", "three finite numbers", "(0, inf, 0)"),
     (lambda: ring(normal=(0, 1)), "normal", "three finite numbers", "(0, 1)"),
     (lambda: ring(lateral="x"), "lateral", "three finite numbers", "'x'"),
@@ -120,7 +119,7 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
 
 @pytest.mark.parametrize(("call", "name", "allowed", "received"), CASES)
 def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed, received):
-    with pytest.raises(FaceWrinkleError) as caught:
+    with pytest.raises(fw.FaceWrinkleError) as caught:
         call()
     message = str(caught.value)
     assert message.startswith(f"{name} must ")
@@ -160,7 +159,7 @@ def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed
     ],
 )
 def test_messages_say_what_does_not_go_together(call, says):
-    with pytest.raises(FaceWrinkleError) as caught:
+    with pytest.raises(fw.FaceWrinkleError) as caught:
         call()
     assert str(caught.value).startswith(says)
     assert str(caught.value)[-1] in ".?"
@@ -191,6 +190,6 @@ WARNED = {
 
 @pytest.mark.parametrize("call", WARNED.values(), ids=WARNED)
 def test_warnings_name_the_line_that_called(face, call):
-    with pytest.warns(FaceWrinkleWarning) as told:
+    with pytest.warns(fw.FaceWrinkleWarning) as told:
         call(face)
     assert {Path(warning.filename).name for warning in told} == {Path(__file__).name}

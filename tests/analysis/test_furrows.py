@@ -192,16 +192,16 @@ def test_a_known_wave_is_measured():
 
 
 @pytest.mark.slow
-def test_cuts_are_made_across_folds_of_every_kind(face):
+@pytest.mark.parametrize("name", ["closing_eye", "paper_surprise"])
+def test_cuts_are_made_across_folds_of_every_kind(face, name):
     """Between the vertices of a fine mesh the closed form of rings and of straight fibers is met."""
-    for name in ("closing_eye", "paper_surprise"):
-        sim = settled(face, name, 30)
-        fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 4))
-        which = max(rates_of(sim), key=lambda n: rates_of(sim)[n])
-        section = cut(fine, face.muscles[which].fold_pattern, face.unit)
-        error = np.abs(section.height - expected(section, sim, fine))
-        assert np.ptp(section.height) > 0.3
-        assert error.mean() < 0.01 * np.ptp(section.height)
+    sim = settled(face, name, 30)
+    fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 4))
+    which = max(rates_of(sim), key=lambda n: rates_of(sim)[n])
+    section = cut(fine, face.muscles[which].fold_pattern, face.unit)
+    error = np.abs(section.height - expected(section, sim, fine))
+    assert np.ptp(section.height) > 0.3
+    assert error.mean() < 0.01 * np.ptp(section.height)
 
 
 def test_a_cut_outside_the_region_is_refused():

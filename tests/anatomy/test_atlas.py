@@ -127,13 +127,13 @@ def test_emotions_are_made_of_their_action_units(emotion):
     assert more == others.get(emotion, set())
 
 
-def test_lids_belong_to_emotions():
+@pytest.mark.parametrize("emotion", ["surprise", "fear", "anger", "disgust", "sadness"])
+def test_lids_belong_to_emotions(emotion):
     """Raised in surprise and fear; drawn together, and hardly raised, in anger, disgust and sadness."""
-    for emotion in ("surprise", "fear", "anger", "disgust", "sadness"):
-        rates = fw.EXPRESSIONS[emotion]
-        raised, drawn = (rates.get(f"{name}_l", 0.0) for name in ("levator_palpebrae", "orbicularis_oculi_palpebral"))
-        assert (raised > drawn) == (emotion in ("surprise", "fear"))
-        assert raised + drawn > 0.2
+    rates = fw.EXPRESSIONS[emotion]
+    raised, drawn = (rates.get(f"{name}_l", 0.0) for name in ("levator_palpebrae", "orbicularis_oculi_palpebral"))
+    assert (raised > drawn) == (emotion in ("surprise", "fear"))
+    assert raised + drawn > 0.2
 
 
 def test_a_smile_widens_the_mouth_as_spontaneous_smiles_do(face):

@@ -9,27 +9,25 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
-from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import HAIR_COLOR
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.appearance.skin_paint import SHAVED, SkinPainter, complexion
-from facewrinkle.mesh import to_polydata
 
 
 @pytest.fixture(scope="module")
-def bagged(face) -> Face:
+def bagged(face) -> fw.Face:
     """The built-in head with a pocket of skin behind its lips; its vertices come first, the pocket's after them."""
     loop, pocket = Mouth(face).loop, Mouth(face).pocket(face.points)
     number = np.concatenate([loop, face.mesh.n_points + np.arange(pocket.n_points - len(loop))])
-    mesh = to_polydata(
+    mesh = fw.mesh.to_polydata(
         np.concatenate([face.points, pocket.points[len(loop) :]]),
         np.concatenate([face.triangles, number[pocket.regular_faces]]),
     )
-    return Face.from_landmarks(mesh, face.landmarks, 1.0)
+    return fw.Face.from_landmarks(mesh, face.landmarks, 1.0)
 
 
-def pocket_of(bagged: Face, face: Face) -> np.ndarray:
+def pocket_of(bagged: fw.Face, face: fw.Face) -> np.ndarray:
     return np.arange(bagged.mesh.n_points) >= face.mesh.n_points
 
 
@@ -96,7 +94,7 @@ def test_whole_heads_alone_are_shaved(face):
     bare = complexion(crown, face.landmarks, face.frame)
     np.testing.assert_allclose(SkinPainter(face)(crown), bare + SHAVED * (HAIR_COLOR - bare), atol=1.0)
     front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
-    mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
+    mask = fw.Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
     np.testing.assert_allclose(SkinPainter(mask)(crown), bare, atol=1.0)
 
 

@@ -14,14 +14,13 @@ from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
 
-STYLE = Wrinkles(depth=2.0, alpha=1.3)
+STYLE = fw.Wrinkles(depth=2.0, alpha=1.3)
 BOWED = [(0.0, 40.0, 0.0), (6.0, 18.0, 0.0), (0.0, 0.0, 0.0)]
 
 
 def bowed(**changes):
-    return Crease(BOWED, (1, 0, 0), 12.0, wrinkles=STYLE).replaced(**changes)
+    return fw.Crease(BOWED, (1, 0, 0), 12.0, wrinkles=STYLE).replaced(**changes)
 
 
 def curve(n=20001):
@@ -51,12 +50,12 @@ def test_q_is_the_distance_from_the_furrow():
     points = feet + np.c_[np.sign(normal[:, :1]) * normal * away[:, None], 0.0 * away]
     distance = cKDTree(curve()).query(points)[0] * np.sign(away)
     np.testing.assert_allclose(12.0 * bowed().coordinates(points)[1], distance, atol=0.02)
-    straight = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0)
+    straight = fw.Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0)
     x = rng.uniform(-20.0, 20.0, (50, 3))
     np.testing.assert_allclose(12.0 * straight.coordinates(x)[1], x[:, 0], atol=1e-13)
 
 
-STRAIGHT = Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0, wrinkles=STYLE)
+STRAIGHT = fw.Crease([(0, 40, 0), (0, 13, 0), (0, 0, 0)], (1, 0, 0), 12.0, wrinkles=STYLE)
 ACROSS = np.linspace(-8.0, 14.0, 220_001)
 SECTION = np.c_[ACROSS, np.full_like(ACROSS, 20.0), 0.0 * ACROSS]
 
@@ -151,8 +150,8 @@ def test_the_direction_is_the_gradient_of_q():
 
 
 def test_fibers_that_slide_do_not_pull_the_loose_skin():
-    crease = Crease([(-20, 10, 0), (0, 10, 0), (20, 10, 0)], (0, 1, 0), 8.0)
-    plain = LinearMuscle((0, 30, 0), (0, 8, 0), 0.5, 30.0, folds=crease)
+    crease = fw.Crease([(-20, 10, 0), (0, 10, 0), (20, 10, 0)], (0, 1, 0), 8.0)
+    plain = fw.LinearMuscle((0, 30, 0), (0, 8, 0), 0.5, 30.0, folds=crease)
     y = np.linspace(0.0, 29.0, 200)
     x = np.c_[0.0 * y, y, 0.0 * y]
     for sliding in (0.4, 1.0):

@@ -11,11 +11,8 @@ from synthetic_faces import BACK_EDGE, BALL, head_with, head_with_balls, ring
 import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import EYE_DEPTH, EYE_WIDTH, LINING_DEPTH, eyelid_opening, place_eyeballs
 from facewrinkle.anatomy.eyelids import OVERLAP, lid_weights
-from facewrinkle.anatomy.face import Face
 from facewrinkle.geometry.topology import boundary_loops, unique_edges
 from facewrinkle.layers.wave_folds.tissue import GAP, ROLLING, firmness
-from facewrinkle.mesh import to_polydata
-from facewrinkle.motion.skin import Skin
 from facewrinkle.rigging.shapes import shapes_of
 from tests.synthetic_faces import skin_with
 
@@ -125,7 +122,7 @@ def test_a_high_side_of_the_nose_that_faces_the_eye_is_no_lining_of_its_socket()
 def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
     """Hollow ones such as statues have, and bulging ones: nothing opens, and nothing is drawn together to a spike."""
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening before both eyes") as said:
-        statue = fw.fit_face(to_polydata(*filled(face, *rings)), face.landmarks, units="mm")
+        statue = fw.fit_face(fw.mesh.to_polydata(*filled(face, *rings)), face.landmarks, units="mm")
     assert len(said) == 1
     assert not statue.eyelid_openings
     assert set(statue.joint_weights) == {"jaw"}
@@ -264,14 +261,14 @@ def test_lids_meet_before_a_shallow_lining(lining):
 
 @pytest.fixture(scope="module")
 def shut(face):
-    shut = Face.from_landmarks(to_polydata(*skin_with("shut")), face.landmarks, 1.0)
+    shut = fw.Face.from_landmarks(fw.mesh.to_polydata(*skin_with("shut")), face.landmarks, 1.0)
     assert {eye.side for eye in shut.eyes} - set(shut.eyelid_openings) == {"l", "r"}
     return shut
 
 
 @pytest.fixture(scope="module")
 def skin(shut):
-    return Skin(shut)
+    return fw.Skin(shut)
 
 
 def test_there_is_nothing_to_shut(skin):
@@ -299,8 +296,8 @@ def test_lines_end_where_the_lids_begin(face, shut):
 
 def test_lids_that_were_scanned_shut_do_not_part(face):
     """Although a slit is between them."""
-    asleep = Face.from_landmarks(
-        to_polydata(face.points + settled(face, "AU45") @ face.frame.axes, face.triangles), face.landmarks, 1.0
+    asleep = fw.Face.from_landmarks(
+        fw.mesh.to_polydata(face.points + settled(face, "AU45") @ face.frame.axes, face.triangles), face.landmarks, 1.0
     )
     assert not asleep.eyelid_openings
     assert set(asleep.lid_rims) == {"l", "r"}

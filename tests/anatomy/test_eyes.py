@@ -13,7 +13,6 @@ from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.appearance.hair import Lashes
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops
-from facewrinkle.plotting import Scene, Style
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (1.0, 0.5, 2.0)])
@@ -78,7 +77,7 @@ def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
         hits = closed.mesh.ray_trace(eye.centre, eye.centre + 100.0 * eye.gaze)[0]
         assert np.linalg.norm(hits - eye.centre, axis=1).min() >= eye.radius
         assert not Lashes(eye, closed).roots
-    with Scene(closed, Style(size=(64, 64))) as scene:
+    with fw.plotting.Scene(closed, fw.plotting.Style(size=(64, 64))) as scene:
         scene.show(closed.mesh)
         assert not scene.drawn_parts["eyes"]
         assert not {"lashes_l", "lashes_r"} & scene.drawn_parts["hair"]

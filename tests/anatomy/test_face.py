@@ -26,7 +26,6 @@ from facewrinkle.anatomy.skull import jaw_weights
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.errors import LandmarkError, MeshError, ParameterError
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.mesh import to_polydata
 
 # --- the whole ----------------------------------------------------------------------------------
 
@@ -146,7 +145,9 @@ def test_no_jaw_where_the_mouth_is_closed_by_skin(face):
     """Lips that are one piece, as those of many scans, would be drawn out to a skin between them."""
     loop, middle = Mouth(face).loop, len(face.points)
     fan = np.stack([np.roll(loop, -1), loop, np.full(len(loop), middle)], axis=1)
-    mesh = to_polydata(np.vstack([face.points, face.points[loop].mean(axis=0)]), np.vstack([face.triangles, fan]))
+    mesh = fw.mesh.to_polydata(
+        np.vstack([face.points, face.points[loop].mean(axis=0)]), np.vstack([face.triangles, fan])
+    )
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening between the lips"):
         whole = fw.fit_face(mesh, face.landmarks, units="mm")
     assert (face.mouth_opens, whole.mouth_opens, Mouth(whole).opens) == (True, False, False)

@@ -26,7 +26,6 @@ from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops
-from facewrinkle.mesh import closest_places, to_polydata
 
 TURN = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
 
@@ -137,7 +136,7 @@ def test_meshes_numbered_as_subdivision_does_take_no_longer(face):
     """289 thousand triangles: factors of this numbering once took minutes, and of a random one a second."""
     fine = face.mesh.subdivide(3, "loop")
     order = np.random.default_rng(0).permutation(fine.n_points)
-    shuffled = to_polydata(np.asarray(fine.points)[order], np.argsort(order)[fine.regular_faces])
+    shuffled = fw.mesh.to_polydata(np.asarray(fine.points)[order], np.argsort(order)[fine.regular_faces])
     anchors, seconds = [], []
     for mesh in (fine, shuffled):
         start = time.process_time()
@@ -224,7 +223,7 @@ def test_landmarks_are_measured_to_the_surface_not_to_its_vertices(face):
     points, holed = face.points[used], holed.reshape(-1, 3).astype(np.int32)
     rim = min(boundary_loops(holed), key=lambda loop: np.linalg.norm(points[loop].mean(axis=0) - place))
     fan = [[rim[0], b, a] for a, b in pairwise(rim[1:])]
-    mesh = to_polydata(points, np.concatenate([holed, fan]))
+    mesh = fw.mesh.to_polydata(points, np.concatenate([holed, fan]))
     coarse = dataclasses.replace(face, mesh=mesh)
     assert np.linalg.norm(coarse.points - place, axis=1).min() > 0.25 * face.frame.pupil_distance
     on_it = np.asarray(mesh.find_closest_cell(place, return_closest_point=True)[1])
@@ -262,7 +261,7 @@ def off_by(face, name, mm, degrees):
     """The place on the skin that is so far from a landmark, in a direction outwards (0) or up (90) of a left eye."""
     turn = np.radians(degrees)
     aside = np.cos(turn) * face.frame.axes[0] + np.sin(turn) * face.frame.axes[1]
-    return closest_places(face.mesh, face.landmarks[name] + mm * aside)[1][0]
+    return fw.mesh.closest_places(face.mesh, face.landmarks[name] + mm * aside)[1][0]
 
 
 @pytest.mark.parametrize("kind", [None, "sockets", "thick"])

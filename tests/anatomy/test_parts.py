@@ -15,9 +15,6 @@ from facewrinkle.anatomy.attachments import combined_mesh
 from facewrinkle.anatomy.finding.features import DARKER, PHOTO_STEP, rise_of_dark_bands
 from facewrinkle.anatomy.parts import ball_of
 from facewrinkle.appearance.seen import Appearance, companion_meshes
-from facewrinkle.errors import FaceWrinkleWarning
-from facewrinkle.mesh import to_polydata
-from facewrinkle.plotting import Scene, Style
 
 
 def test_parts_are_told_apart(dressed, pieces, face):
@@ -99,7 +96,7 @@ def test_teeth_beside_the_level_of_the_lips_belong_to_both_jaws(face, pieces, sh
         soup = face.mesh.copy()
         for points, triangles in arches[:count]:
             soup = soup.append_polydata(pv.PolyData.from_regular_faces(points + move, triangles))
-        with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+        with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):
             parts = fw.fit_face(soup, face.landmarks, units="mm").parts
         alone = "upper_teeth" if shift > 0.0 else "lower_teeth"
         assert set(parts) == ({"upper_teeth", "lower_teeth"} if count == 2 else {alone})
@@ -109,7 +106,7 @@ def test_a_tongue_is_no_tooth(face):
     """It is red, goes with the mandible, and stands in for the painted one."""
     lips = face.frame.local(face.landmarks["upper_lip_mid"])
     tongue = pv.PolyData.from_regular_faces(*ellipsoid(face, lips - [0.0, 0.15, 0.7], [0.3, 0.15, 0.42]))
-    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+    with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):
         licking = fw.fit_face(face.mesh.append_polydata(tongue), face.landmarks, units="mm")
     assert {name: part.follows for name, part in licking.parts.items()} == {"tongue": "mandible"}
     red, green, blue = np.asarray(companion_meshes(licking, licking.mesh)["tongue"].point_data["paint"])[0].astype(int)
@@ -123,7 +120,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
     colored.point_data["Colors"] = np.full((cards.n_points, 3), 30, np.uint8)
     tips = np.asarray(cards.points)[17:31]
     hairs = pv.merge([pv.Line(tip, tip + 5.0).tube(radius=0.1, n_sides=6, capping=False).triangulate() for tip in tips])
-    plain = to_polydata(face.points, face.triangles)
+    plain = fw.mesh.to_polydata(face.points, face.triangles)
     plain.point_data["Colors"] = np.asarray(face.mesh.point_data["Colors"])[:, :3]
     for lashes, skin, drawn in ((cards, face.mesh, False), (colored, plain, True), (hairs, face.mesh, True)):
         with warnings.catch_warnings(record=True, action="always") as warned:
@@ -131,7 +128,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
         assert any("lashes_l are cards" in str(one.message) for one in warned) != drawn
         assert list(dressed.parts) == ["lashes_l"]
         assert ("lashes_l" in Appearance.of(dressed).own) == drawn
-        with Scene(dressed, Style((32, 32))) as scene:
+        with fw.plotting.Scene(dressed, fw.plotting.Style((32, 32))) as scene:
             scene.show(dressed.mesh)
             assert ("lashes_l" in scene.drawn_parts["hair"]) != drawn
 
@@ -165,7 +162,7 @@ def test_eyes_that_are_no_adults_are_balls_too(face, larger):
 def test_other_surfaces_keep_their_parts():
     plane = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
     ball = pv.Sphere(radius=0.1, center=(0, 0, 1), theta_resolution=8, phi_resolution=8)
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         cloth = fw.surface(plane.append_polydata(ball))
     assert list(cloth.parts) == ["other"]
     frame = fw.Simulation(cloth).step()
@@ -192,7 +189,7 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     colors[:: len(colors) // 7] = [120, 60, 50, alpha]
     colors[-1, 3] = alpha
     whole.point_data["Colors"] = colors
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         fitted = fw.fit_face(whole, face.landmarks, units="mm")
     assert fitted.mesh.point_data["Colors"].shape[1] == 3
     (part,) = fitted.parts.values()
@@ -212,7 +209,7 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     ],
 )
 def test_gums_and_tongues_reach_far_back_and_a_fringe_hangs_down(face, radii, where, name):
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         fitted = together(face, [ellipsoid(face, where, radii)])
     assert [part.removeprefix("lower_").removeprefix("upper_") for part in fitted.parts] == [name]
 
@@ -236,7 +233,7 @@ def test_shells_over_the_eyes_and_lashes_do_not_move_their_corners(face):
 
 def _painted(face, shift, darkness, texture):
     """The head with brows painted `shift` above its own, in distances between the pupils, and its photo."""
-    mesh = to_polydata(face.points, face.triangles)
+    mesh = fw.mesh.to_polydata(face.points, face.triangles)
     mesh.active_texture_coordinates = np.asarray(face.mesh.active_texture_coordinates)
     mesh = mesh.subdivide(2, "linear")
     local = face.frame.local(np.asarray(mesh.points, float))
@@ -272,7 +269,7 @@ def test_painted_brows_are_found(face, shift, texture):
 
 
 def test_without_a_photo_or_dark_bands_brows_stay(face):
-    assert rise_of_dark_bands(to_polydata(face.points, face.triangles), None, face.landmarks, face.frame) == 0.0
+    assert rise_of_dark_bands(fw.mesh.to_polydata(face.points, face.triangles), None, face.landmarks, face.frame) == 0.0
     faint, _ = _painted(face, 0.1, 0.3 * DARKER, False)
     assert rise_of_dark_bands(faint, None, face.landmarks, face.frame) == 0.0
 
@@ -339,10 +336,10 @@ def test_everything_goes_with_a_head_that_moves(dressed):
         np.testing.assert_allclose(part.points, rest @ turn.T + shift, atol=1e-6)
 
 
-def test_the_expression_does_not_shift_the_hair(dressed):
-    for expression in ("paper_surprise", "happiness", "paper_fear"):
-        hair = dressed.parts_at(after(fw.Simulation(dressed, layers=[]), expression, 40))["hair"]
-        assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
+@pytest.mark.parametrize("expression", ["paper_surprise", "happiness", "paper_fear"])
+def test_the_expression_does_not_shift_the_hair(dressed, expression):
+    hair = dressed.parts_at(after(fw.Simulation(dressed, layers=[]), expression, 40))["hair"]
+    assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
 
 
 def test_one_mesh_for_files(dressed):

@@ -14,7 +14,6 @@ from facewrinkle.anatomy.teeth import BELOW_LIPS, CROWN_WIDTHS, GUM, OVERBITE, O
 from facewrinkle.anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import boundary_loops, components
-from facewrinkle.mesh import to_polydata
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +120,7 @@ LIP = lip_crest(np.array([[0.0, 1.0, 10.0], [3.0, -4.0, 14.0]]))
 @pytest.mark.parametrize("out", np.linspace(0.0, 1.0, 11))
 def test_a_tongue_is_closed_and_keeps_its_volume(out):
     points, triangles = tongue_points(out, LIP), tongue_triangles()
-    assert to_polydata(points, triangles).is_manifold
+    assert fw.mesh.to_polydata(points, triangles).is_manifold
     assert len(points) == len(tongue_paint())
     at_rest = enclosed_volume(tongue_points(0.0, LIP), triangles)
     assert at_rest > 0.0  # seen from outside, triangles are counter-clockwise

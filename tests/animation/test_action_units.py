@@ -9,7 +9,6 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.animation.action_units import ARKIT, units_of
-from facewrinkle.errors import UnknownNameError
 
 
 def test_shapes_become_action_units():
@@ -30,7 +29,7 @@ def test_shapes_become_action_units():
         assert units_of({name: 1.0}) == {f"AU{unit}": 1.0}
     assert units_of(dict.fromkeys(("mouthLeft", "viseme_aa", "Fcl_ALL_Joy", "browL", "Left", "L", ""), 1.0)) == {}
     assert units_of({"jawLeft": 0.5, "jawOpen": 0.25}, side="r") == {"AU30": 0.5, "AU27": 0.25}
-    with pytest.raises(UnknownNameError, match="side"):
+    with pytest.raises(fw.errors.UnknownNameError, match="side"):
         units_of({}, side="left")
     assert set(ARKIT.values()) >= {u for u in fw.ACTION_UNITS if u[-1].isdigit()} - {
         "AU11", "AU22", "AU23", "AU25", "AU26", "AU43", "AU46",

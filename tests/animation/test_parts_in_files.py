@@ -12,7 +12,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.anatomy.parts import follower
 from facewrinkle.cli import main
-from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.plotting import Scene, Style, picture
 
@@ -49,7 +48,7 @@ def dressed(face):
 
 
 def fitted(source, face):
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         scale = 1.0 if isinstance(source, pv.PolyData) else 1e-3
         return fw.fit_face(source, {name: scale * p for name, p in face.landmarks.items()}, units=1.0 / scale)
 
@@ -212,7 +211,7 @@ def lively(face, tmp_path_factory):
 
 def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
     rest, recorded = fw.read_animation(lively)
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         whole = fw.fit_face(rest, face.landmarks, units="mm")
     assert list(whole.parts) == ["eye_l", "eye_r", "hair", "lashes_l"]
     frames = list(fw.Simulation(whole, fw.Refinement(max_level=0), layers=[], motion=recorded, time_step=0.5).run(2))
@@ -246,7 +245,7 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
     path = fw.export.write_series(map(whole.with_parts, frames), [0.5, 1.0], tmp_path / "clip.vtkhdf")
     again, positions = fw.read_animation(path)
     assert not [name for name in pv.read(path).field_data if name.startswith("part_")]
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         replayed = fw.fit_face(again, face.landmarks, units="mm")
     *_, last = fw.Simulation(replayed, fw.Refinement(max_level=0), layers=[], motion=positions, time_step=0.5).run(1)
     for name, part in replayed.parts_at(last).items():

@@ -10,8 +10,6 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import MeshError
-from facewrinkle.export import write_series
 
 TIMES = [0.1, 0.3, 0.4, 0.9]
 
@@ -20,7 +18,7 @@ def test_a_series_is_played_back(face, tmp_path):
     sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[])
     sim.express("frowning")
     frames = list(sim.run(4))
-    path = write_series([fw.Simulation(face, layers=[]).step(), *frames], [0.0, *TIMES], tmp_path / "frown.vtkhdf")
+    path = fw.write_series([fw.Simulation(face, layers=[]).step(), *frames], [0.0, *TIMES], tmp_path / "frown.vtkhdf")
     mesh, recorded = fw.read_animation(path)
     assert np.array_equal(mesh.points, face.points)
     assert np.array_equal(mesh.regular_faces, face.triangles)
@@ -48,7 +46,7 @@ def refined(face, path, first=0, layers=None):
                 bare.append((sim.skin.points + sim.skin.displacement) / face.unit)
                 yield frame
 
-    write_series(frames(), 0.02 * np.arange(1, 11 - first), path)
+    fw.write_series(frames(), 0.02 * np.arange(1, 11 - first), path)
     return np.array(bare), sim
 
 
@@ -73,7 +71,7 @@ def test_a_refined_series_is_played_without_its_wrinkles(face, tmp_path, unit):
 
 def test_refined_series_that_do_not_tell_the_face_are_refused(face, tmp_path):
     refined(face, tmp_path / "late.vtkhdf", first=8)
-    with pytest.raises(MeshError, match="refined in all 2 frames.*first frame"):
+    with pytest.raises(fw.errors.MeshError, match="refined in all 2 frames.*first frame"):
         fw.read_animation(tmp_path / "late.vtkhdf")
 
 
@@ -81,7 +79,7 @@ def test_a_series_of_any_surface(tmp_path):
     waves = [pv.Plane(i_resolution=3, j_resolution=3) for _ in range(3)]
     for height, wave in enumerate(waves):
         wave.points[:, 2] = 0.1 * height
-    mesh, recorded = fw.read_animation(write_series(waves, [1.0, 2.0, 3.0], tmp_path / "waves.vtkhdf"))
+    mesh, recorded = fw.read_animation(fw.write_series(waves, [1.0, 2.0, 3.0], tmp_path / "waves.vtkhdf"))
     frame = fw.Simulation(mesh, motion=recorded, time_step=0.5).step()
     np.testing.assert_allclose(frame.points[:, 2], 0.05, atol=1e-7)
 
@@ -97,9 +95,9 @@ def test_series_that_cannot_be_played_are_refused(tmp_path):
     ):
         for frame in frames:
             frame.clear_data()
-        path = write_series(frames, np.arange(len(frames)) * 1.0, tmp_path / "bad.vtkhdf")
-        with pytest.raises(MeshError, match=message):
+        path = fw.write_series(frames, np.arange(len(frames)) * 1.0, tmp_path / "bad.vtkhdf")
+        with pytest.raises(fw.errors.MeshError, match=message):
             fw.read_animation(path)
     (tmp_path / "bad.vtkhdf").write_bytes(b"nothing")
-    with pytest.raises(MeshError, match="cannot be read"):
+    with pytest.raises(fw.errors.MeshError, match="cannot be read"):
         fw.read_animation(tmp_path / "bad.vtkhdf")

@@ -26,7 +26,6 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import Crease
 from facewrinkle.animation.recorded import Bones, Recorded, Track
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
@@ -244,7 +243,7 @@ def test_wrinkles_come_where_the_expression_compresses_the_skin(clip, wrinkled, 
     folded = np.abs(frame["W"])[: len(most)] > 0.1
     assert folded.sum() > 50
     # A crease is folded by the skin of its whole width.
-    crease = np.array([isinstance(muscle.fold_pattern, Crease) for muscle in clip.face.muscles.values()])
+    crease = np.array([isinstance(muscle.fold_pattern, fw.Crease) for muscle in clip.face.muscles.values()])
     creased = crease[np.asarray(frame["muscle"])[: len(most)]]
     assert most[folded & ~creased].min() > 0.0
     assert most[folded].mean() > 0.05

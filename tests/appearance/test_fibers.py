@@ -16,7 +16,6 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.appearance.fibers import Fibers
 from facewrinkle.appearance.seen import Appearance
-from facewrinkle.plotting import Scene, Style
 
 
 def of(fibers, name):
@@ -74,7 +73,7 @@ def test_origins_on_the_mandible_go_with_its_teeth(face):
 
 
 def test_fibers_are_seen_and_redder_where_they_contract(face):
-    with Scene(face, Style((240, 300), "left_profile", brows=False)) as scene:
+    with fw.plotting.Scene(face, fw.plotting.Style((240, 300), "left_profile", brows=False)) as scene:
         plain = scene.picture(face.mesh).astype(float)
         scene.show_muscles(face.mesh, {})
         relaxed = scene.picture(face.mesh).astype(float)

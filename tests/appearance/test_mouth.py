@@ -12,7 +12,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.teeth import CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import Appearance
-from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 
 
@@ -60,7 +59,7 @@ def test_gum_and_pocket_stay_behind_a_chin_that_is_pushed_back(face):
     mouth, ahead = Mouth(face), face.frame.axes[2]
     near = np.linalg.norm(face.points - 0.5 * (face.landmarks["pogonion"] + face.landmarks["lower_lip_mid"]), axis=1)
     pushed = face.points - 18.0 * np.exp(-0.5 * (near / 14.0) ** 2)[:, None] * ahead
-    skin = to_polydata(pushed, face.triangles)
+    skin = fw.mesh.to_polydata(pushed, face.triangles)
 
     def out(places):
         hits = [skin.ray_trace(p + 60.0 * ahead, p - 15.0 * ahead)[0] for p in places]
@@ -123,7 +122,7 @@ def test_nothing_hides_the_premolars_of_a_smile(face):
 
 def depth_in(tongue, points):
     """How deep the deepest of some points (k, 3) lies in a tongue, by VTK's signed distance."""
-    mesh = to_polydata(np.asarray(tongue.points, np.float64), tongue.regular_faces)
+    mesh = fw.mesh.to_polydata(np.asarray(tongue.points, np.float64), tongue.regular_faces)
     return max(-signed_distances(points, mesh).min(initial=0.0), 0.0)
 
 

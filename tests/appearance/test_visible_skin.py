@@ -15,23 +15,21 @@ from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import INSIDE_DEPTH
-from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.seen import Appearance, companion_meshes
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
 from facewrinkle.appearance.visible_skin import SMALL_HOLE, VisibleSkin
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import corner_texture, split_at_seams, with_normals
-from facewrinkle.simulation.fold_layers import fold_layers
 
 AHEAD = np.array([0.0, 0.0, 1e4])
 
 
-def cut(face: Face, landmark: str, radius: float) -> tuple[Face, int]:
+def cut(face: fw.Face, landmark: str, radius: float) -> tuple[fw.Face, int]:
     """A face without the triangles about a landmark, and their number; `radius` in distances between the pupils."""
     centres = face.points[face.triangles].mean(axis=1)
     gone = np.linalg.norm(centres - face.landmarks[landmark], axis=1) < radius * face.frame.pupil_distance
     holed = pv.PolyData.from_regular_faces(face.points, face.triangles[~gone]).clean()
-    return Face.from_landmarks(holed, face.landmarks, 1.0), int(gone.sum())
+    return fw.Face.from_landmarks(holed, face.landmarks, 1.0), int(gone.sum())
 
 
 def test_skin_without_holes_is_drawn_as_it_is(face):
@@ -198,7 +196,7 @@ def test_new_vertices_of_a_frame_lie_on_the_surface_of_the_face_at_rest(face):
 
 
 def test_wrinkles_are_as_deep_as_in_the_frame(face):
-    frame = after(fw.Simulation(face, layers=fold_layers(face, "wave", depth=2.0)), "paper_surprise", 15)
+    frame = after(fw.Simulation(face, layers=fw.fold_layers(face, "wave", depth=2.0)), "paper_surprise", 15)
     shift = smooth(face, frame).points[: frame.n_points] - np.asarray(frame.points)
     deep = np.abs(np.asarray(frame["W"])) > 0.3
     assert deep.sum() > 100

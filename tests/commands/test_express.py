@@ -20,8 +20,6 @@ from facewrinkle.commands import express as command
 from facewrinkle.commands.express import FIELDS, Performance
 from facewrinkle.commands.options import FoldOptions, OutputOptions, Report
 from facewrinkle.commands.recorder import Scenes
-from facewrinkle.plotting import save_picture
-from facewrinkle.session import Folds, Look, Session
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SIZE, FRAMES = 96, 4
@@ -173,7 +171,9 @@ def test_the_readme_shows_what_is_drawn_today(folds, tmp_path):
     with Scenes(options.face(fw.default_face())) as scenes:
         peak = command.perform("closing_eye", options, scenes, tmp_path, Report(quiet=True), movie=False)
     plain = replace(peak, closeup=[peak.closeup[1]] * 4)
-    files = [save_picture(command.column(each), tmp_path / f"{k}.jpg") for k, each in enumerate((peak, plain))]
+    files = [
+        fw.plotting.save_picture(command.column(each), tmp_path / f"{k}.jpg") for k, each in enumerate((peak, plain))
+    ]
     drawn, bare, sheet = (np.asarray(Image.open(file), float) for file in (*files, IMAGES / f"expressions_{folds}.jpg"))
     side = command.TILE
     start = command.EXPRESSIONS.index("closing_eye") * (side + 4)
@@ -189,13 +189,17 @@ def test_an_expression_becomes_a_session_which_is_shown(tmp_path):
     path, few = tmp_path / "mine.json", ["--size", "64", "--no-movie", "--quiet"]
     own = ["--identity", "jaw=0.5", "--depth", "2", "--intensity", "0.5", "--write-session", str(path)]
     assert main(["express", "AU12=0.8", *own, *few, "--frames", "2", "--out", str(tmp_path / "one")]) == 0
-    session = Session.read(path)
-    assert session == Session(
-        identity={"jaw": 0.5}, mixture={"AU12": 0.8}, intensity=0.5, folds=Folds(depth=2.0), look=Look(size=(64, 64))
+    session = fw.Session.read(path)
+    assert session == fw.Session(
+        identity={"jaw": 0.5},
+        mixture={"AU12": 0.8},
+        intensity=0.5,
+        folds=fw.session.Folds(depth=2.0),
+        look=fw.session.Look(size=(64, 64)),
     )
     assert main(["express", "--session", str(path), *few, "--view", "mouth", "--out", str(tmp_path / "two")]) == 0
     picture = np.asarray(Image.open(tmp_path / "two" / "mine.png"))
-    np.testing.assert_array_equal(picture, session.changed(look=Look(view="mouth", size=(64, 64))).picture())
+    np.testing.assert_array_equal(picture, session.changed(look=fw.session.Look(view="mouth", size=(64, 64))).picture())
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
 from facewrinkle.commands import options
 from facewrinkle.commands.options import FaceOptions, Report, parse_mixture, whole_number
-from facewrinkle.errors import ParameterError
 
 
 def test_a_face_with_another_atlas(tmp_path):
@@ -46,9 +45,9 @@ def test_a_session_stands_for_its_face(face, tmp_path):
     own = FaceOptions(face=path).load()
     assert np.array_equal(own.points, session.subject().face.points)
     assert not np.array_equal(own.points, face.points)
-    with pytest.raises(ParameterError, match="--atlas is not for mine.json"):
+    with pytest.raises(fw.errors.ParameterError, match="--atlas is not for mine.json"):
         FaceOptions(face=path, atlas=DEFAULT_ATLAS).load()
-    with pytest.raises(ParameterError, match="--identity is not for mine.json"):
+    with pytest.raises(fw.errors.ParameterError, match="--identity is not for mine.json"):
         FaceOptions(face=path, identity="age=1").load()
 
 

@@ -12,9 +12,7 @@ import facewrinkle as fw
 from facewrinkle.commands import recorder
 from facewrinkle.commands.options import OutputOptions, Report
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
-from facewrinkle.errors import MissingPackageError
 from facewrinkle.mesh.arrays import GAZE
-from facewrinkle.plotting import Style, picture
 from facewrinkle.plotting.views import height_of
 
 
@@ -71,15 +69,15 @@ def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkey
 @pytest.mark.slow
 def test_a_scene_that_has_drawn_other_frames_draws_the_same(face, played):
     frames = [face.mesh, played("paper_surprise").top, face.mesh]
-    styles = [Style((48, 48), view) for view in ("front", "forehead")]
+    styles = [fw.plotting.Style((48, 48), view) for view in ("front", "forehead")]
     with Scenes(face) as scenes:
         shown = [scenes.picture(frame, style) for frame in frames for style in styles]
     for image, (frame, style) in zip(shown, [(frame, style) for frame in frames for style in styles], strict=True):
-        np.testing.assert_array_equal(image, picture(frame, face, style))
+        np.testing.assert_array_equal(image, fw.picture(frame, face, style))
 
 
 def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
-    style = Style((32, 32))
+    style = fw.plotting.Style((32, 32))
     pixel = height_of(face, style) / 32
     frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[]).step()
 
@@ -106,7 +104,7 @@ def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
 
 
 def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, run):
-    missing = MissingPackageError("movies need the package imageio, which is not installed.")
+    missing = fw.errors.MissingPackageError("movies need the package imageio, which is not installed.")
     monkeypatch.setattr(recorder, "movie_writer", Mock(side_effect=missing))
     pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
     stale = tmp_path / "pattern_dimple.mp4"

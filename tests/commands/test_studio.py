@@ -27,8 +27,6 @@ aiohttp = pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
 
 from studio_pages import page  # noqa: E402
 
-from facewrinkle.live import Studio  # noqa: E402
-
 LOWER = {"mouth_l": [25.2, -32.7, 103.3]}
 
 
@@ -111,7 +109,7 @@ def test_a_session_keeps_whom_the_studio_was_opened_with(face, tmp_path, monkeyp
         shown.append(window.face)
 
     shown = []
-    monkeypatch.setattr(Studio, "wait", used)
+    monkeypatch.setattr(fw.live.Studio, "wait", used)
     monkeypatch.chdir(tmp_path)
     assert main(["studio", *options.split(), "--no-browser", "--save-to", "kept"]) == 0
     monkeypatch.chdir("/")

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 from facewrinkle.layers.base import Displacement, Layer
 
 
@@ -72,14 +71,14 @@ BROKEN = [
 @pytest.mark.parametrize(("name", "values", "message"), BROKEN)
 def test_what_is_no_displacement_is_refused(face, name, values, message):
     layer = Dents(lambda found: replace(found, **{name: values(getattr(found, name))}))
-    with pytest.raises(ParameterError, match=rf"the {name} of a layer \(Dents\) ({message})"):
+    with pytest.raises(fw.errors.ParameterError, match=rf"the {name} of a layer \(Dents\) ({message})"):
         simulated(face, layer).step()
 
 
 @pytest.mark.parametrize(("given", "received"), [(None, "a NoneType"), ("deep", "a str"), (np.zeros(3), "a ndarray")])
 def test_what_is_returned_in_place_of_a_displacement_is_named(face, given, received):
     message = rf"displacement\(\) of a layer \(Dents\) must return a Displacement, received {received}\. Return"
-    with pytest.raises(ParameterError, match=message):
+    with pytest.raises(fw.errors.ParameterError, match=message):
         simulated(face, Dents(lambda found: given)).step()
 
 
@@ -118,7 +117,7 @@ def test_other_types_of_numbers_and_views_make_the_same_frame(face, fingerprint)
     ],
 )
 def test_what_are_no_fields_is_refused(face, fields, message):
-    with pytest.raises(ParameterError, match=message):
+    with pytest.raises(fw.errors.ParameterError, match=message):
         simulated(face, Dents(fields=fields)).step()
 
 

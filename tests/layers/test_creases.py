@@ -5,7 +5,6 @@ import pytest
 
 import facewrinkle as fw
 from analysis.realism import cuts
-from facewrinkle.errors import ParameterError
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.creases import PLACES, Gathered
 
@@ -61,9 +60,9 @@ def test_stretched_skin_loses_its_creases(face, places):
 def test_the_age_is_that_of_the_face_unless_another_is_given():
     aged = fw.default_face({"age": 0.8})
     assert (settled(aged, None)["W"] == settled(aged, 0.8)["W"]).all()
-    with pytest.raises(ParameterError, match=r"0 has no lines at rest"):
+    with pytest.raises(fw.errors.ParameterError, match=r"0 has no lines at rest"):
         fw.Creases(age=2.0)
-    with pytest.raises(ParameterError, match=r"seed must lie in \[0"):
+    with pytest.raises(fw.errors.ParameterError, match=r"seed must lie in \[0"):
         fw.Creases(seed=-1)
 
 

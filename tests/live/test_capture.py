@@ -16,8 +16,6 @@ from expressions import settled
 from studio_pages import document, page, until
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
-from facewrinkle.live import Studio
 from facewrinkle.live.answers import mixture_of_live
 
 HEADER = [
@@ -71,7 +69,7 @@ def free_port():
 @pytest.fixture(scope="module")
 def listening(face):
     port = free_port()
-    with Studio(face, browser=False, listen=port) as studio:
+    with fw.live.Studio(face, browser=False, listen=port) as studio:
         yield studio, port
 
 
@@ -178,7 +176,7 @@ def test_bad_packets_are_left_out(studio, seen, phone, face, caplog):
 
 def test_a_port_that_is_in_use_is_a_sentence(listening, face):
     port = listening[1]
-    with pytest.raises(ParameterError, match=f"cannot listen at 127.0.0.1, port {port}"):
-        Studio(face, browser=False, listen=port)
-    with pytest.raises(ParameterError, match="port 70000"):
-        Studio(face, browser=False, listen=70000)
+    with pytest.raises(fw.errors.ParameterError, match=f"cannot listen at 127.0.0.1, port {port}"):
+        fw.live.Studio(face, browser=False, listen=port)
+    with pytest.raises(fw.errors.ParameterError, match="port 70000"):
+        fw.live.Studio(face, browser=False, listen=70000)

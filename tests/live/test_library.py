@@ -11,10 +11,7 @@ import pytest
 from studio_pages import head_files
 
 import facewrinkle as fw
-from facewrinkle.anatomy.face import Face
-from facewrinkle.animation.recorded import Recorded
 from facewrinkle.errors import LandmarkError, MeshError, ParameterError, UnknownNameError
-from facewrinkle.export import write_series
 from facewrinkle.live.library import Library, Loaded, opened
 from facewrinkle.session import Session, Subject
 from facewrinkle.session.player import Player
@@ -60,7 +57,7 @@ def test_a_written_series_is_a_clip(tmp_path, face):
     frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments())]
     head_files(face, tmp_path)
     (tmp_path / "head.ply").unlink()
-    write_series(frames, [0.0, *player.times], tmp_path / "jaw.vtkhdf")
+    fw.write_series(frames, [0.0, *player.times], tmp_path / "jaw.vtkhdf")
     name, loaded = opened(tmp_path, face, heard()[1])
     assert name == "jaw.vtkhdf"
     assert loaded.subject.clip is not None
@@ -79,7 +76,7 @@ def test_landmarks_of_a_document_refit_the_face(face):
     again = library.subject_of(Session(landmarks={"mouth_l": moved})).face
     assert np.allclose(again.landmarks["mouth_l"], moved)
     assert again.texture is face.texture
-    own = Face.from_landmarks(face.mesh, again.landmarks, face.unit, face.atlas, face.estimated)
+    own = fw.Face.from_landmarks(face.mesh, again.landmarks, face.unit, face.atlas, face.estimated)
     for name, muscle in own.muscles.items():
         if hasattr(muscle, "insertion"):
             assert np.array_equal(again.muscles[name].insertion, muscle.insertion)
@@ -98,7 +95,7 @@ def test_a_scan_grows_older_and_nothing_else(face):
     assert library.accepted(Session(identity={"age": 0.5})).identity == {"age": 0.5}
     with pytest.raises(ParameterError, match="no 'jaw', only an age"):
         library.accepted(Session(identity={"jaw": 0.5}))
-    recorded = Subject(face, Recorded.of_positions(np.stack([face.points, face.points]), fps=25.0))
+    recorded = Subject(face, fw.Recorded.of_positions(np.stack([face.points, face.points]), fps=25.0))
     with pytest.raises(ParameterError, match="as old as it was recorded"):
         recorded.aged({"age": 0.5})
 

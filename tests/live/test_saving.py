@@ -23,21 +23,18 @@ from studio_pages import until
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas
-from facewrinkle.anatomy.face import Face
-from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
 from facewrinkle.files import inputs_kept
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library, Loaded
 from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess, save_slowly
-from facewrinkle.session import Session, Subject
 from facewrinkle.session.session import START
 
 
 def begun(folder, complain=lambda text: None):
     """What a studio begins with: a document in which nothing is set, and the session of the folder."""
     document = Document(load_atlas())
-    library = Library(Face.without_anatomy(pv.Plane().triangulate(), 1.0))
+    library = Library(fw.Face.without_anatomy(pv.Plane().triangulate(), 1.0))
     return document, Kept(folder, document, library, complain)
 
 
@@ -91,7 +88,7 @@ def test_a_session_holds_the_face_that_was_opened(folder, face):
         document = Document(face.atlas, library.accepted)
         kept = Kept(folder, document, library, pytest.fail)
         if studio == 0:
-            library.add("own.ply", Loaded(Subject(own)))
+            library.add("own.ply", Loaded(fw.session.Subject(own)))
             kept.keep("own.ply")
             document.change([(("face",), "own.ply"), (("mixture",), {"AU12": 0.5})])
             kept.save()
@@ -102,7 +99,7 @@ def test_a_session_holds_the_face_that_was_opened(folder, face):
             document.change([(("mixture",), {"AU12": 0.75})])
             kept.save()
         np.testing.assert_array_equal(library.subject_of(document.session).face.points, own.points)
-        session = Session.read(folder.path / "session.json")
+        session = fw.Session.read(folder.path / "session.json")
         assert session.mixture == document.session.mixture
         np.testing.assert_array_equal(session.subject().face.points, own.points)
     assert len(list(folder.path.glob("*.face"))) == 1
@@ -133,7 +130,7 @@ def test_a_session_that_cannot_be_saved_is_told_once_and_saved_with_the_next_cha
     told = []
     document, kept = begun(folder, told.append)
     with monkeypatch.context() as disk:
-        disk.setattr(saving, "write_whole", Mock(side_effect=OutputError("no space left.")))
+        disk.setattr(saving, "write_whole", Mock(side_effect=fw.errors.OutputError("no space left.")))
         for intensity in (0.2, 0.3):
             changed(document, kept, intensity)
     assert told == ["The session could not be saved: no space left."]
@@ -169,7 +166,7 @@ def test_each_change_is_saved_soon(folder, monkeypatch):
 def test_what_is_no_session_is_an_error_when_it_is_taken_and_gets_another_name(folder, content):
     (folder.path / "session.json").write_bytes(content)
     document, kept = begun(folder)
-    with pytest.raises(ParameterError, match="not a session of the studio"):
+    with pytest.raises(fw.errors.ParameterError, match="not a session of the studio"):
         kept.resume()
     assert document.version == 0
     for intensity in (0.2, 0.3):
@@ -209,7 +206,7 @@ def test_what_another_has_written_meanwhile_is_kept(folder):
 @pytest.mark.slow
 def test_maps_come_with_all_that_plays_them(face):
     told = []
-    name, content = save_slowly(Order("maps", START, Subject(face)), lambda *what: told.append(what))
+    name, content = save_slowly(Order("maps", START, fw.session.Subject(face)), lambda *what: told.append(what))
     assert name == "maps.zip"
     assert told
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -233,13 +230,13 @@ class Run:
 
 
 def order(code):
-    return Order("rig", START, Subject(Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code)))
+    return Order("rig", START, fw.session.Subject(fw.Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code)))
 
 
 @pytest.mark.slow
 def test_what_libraries_print_does_no_harm(capfd):
     code = r"import os; os.write(1, b'hello\n'); print('hello'); os.write(2, b'\xff' * 300_000); 1 / 0"
-    with pytest.raises(FaceWrinkleError, match="the rig was not made; see the terminal"):
+    with pytest.raises(fw.FaceWrinkleError, match="the rig was not made; see the terminal"):
         SavingProcess().save(order(code), lambda *_: None)
     told = capfd.readouterr().err
     assert told.count("\ufffd") == 300_000
@@ -255,7 +252,7 @@ def test_what_is_stopped_is_not_made(tmp_path, capfd):
 
     thread = threading.Thread(target=stop)
     thread.start()
-    with pytest.raises(FaceWrinkleError, match="the rig was not made"):
+    with pytest.raises(fw.FaceWrinkleError, match="the rig was not made"):
         process.save(order(f"import time; open({str(works)!r}, 'w').close(); time.sleep(60)"), lambda *_: None)
     thread.join()
     assert capfd.readouterr() == ("", "")

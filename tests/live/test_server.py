@@ -25,14 +25,11 @@ from studio_pages import document, page, pages, port, restored, root
 
 import facewrinkle as fw
 from facewrinkle.appearance.smooth_skin import SmoothSkin
-from facewrinkle.errors import ParameterError
-from facewrinkle.live import Studio
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
 from facewrinkle.live.protocol import LARGEST_MESSAGE
 from facewrinkle.live.server import page_files
 from facewrinkle.live.stage import Stage
-from facewrinkle.mesh import with_normals
 from facewrinkle.session.player import eased
 
 
@@ -50,7 +47,7 @@ def test_a_frame_is_that_of_the_simulation(studio, seen):
     frame, skin, box = studio.frame(), seen.arrays["skin"], seen.head["box"]
     origin, triangles = studio.stage.parts.origin, np.vstack([skin[name] for name in ("index", "lined")])
     used = np.unique(triangles)
-    shown, smooth = restored(skin["position"], box), SmoothSkin(studio.face, with_normals(frame))
+    shown, smooth = restored(skin["position"], box), SmoothSkin(studio.face, fw.mesh.with_normals(frame))
     assert np.abs(shown - smooth.points[origin])[used].max() <= 0.5001 * box[3] / 65535
     normals = skin["normal"][:, :3] / 127.0
     assert np.abs(normals - np.asarray(frame["Normals"])[origin])[used].max() <= 0.5001 / 127.0
@@ -157,7 +154,7 @@ def test_the_page_has_a_strict_content_policy(studio, name):
 
 def test_with_all_addresses_those_at_which_requests_come_in_are_hosts(face):
     """127.0.0.2 stands for the address of another network: it is one of this computer, and not the usual one."""
-    with Studio(face, host="0.0.0.0", browser=False) as everywhere:
+    with fw.live.Studio(face, host="0.0.0.0", browser=False) as everywhere:
         shown, port = everywhere.url.split("/")[2].rsplit(":", 1)
         assert shown != "0.0.0.0"
         for address in ("127.0.0.1", "127.0.0.2", "localhost", shown):
@@ -174,8 +171,10 @@ def test_a_port_in_use_is_an_error(face):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(ParameterError, match=rf"cannot listen at 127.0.0.1, port {port}: .*Choose another port"):
-            Studio(face, port=port, browser=False)
+        with pytest.raises(
+            fw.errors.ParameterError, match=rf"cannot listen at 127.0.0.1, port {port}: .*Choose another port"
+        ):
+            fw.live.Studio(face, port=port, browser=False)
 
 
 def test_bad_messages_are_answered_without_a_traceback(studio, seen):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.geometry.interpolation import closest
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
@@ -172,7 +171,7 @@ def test_after_random_changes_the_face_is_that_of_the_document(face):
         for _ in range(100):
             for _ in range(generator.integers(1, 6)):
                 gesture = "drag" if generator.random() < 0.3 else ""
-                with contextlib.suppress(FaceWrinkleError):
+                with contextlib.suppress(fw.FaceWrinkleError):
                     change(document, stage, gesture, **random_parts(generator, stage))
                 if generator.random() < 0.2:
                     with stage.condition:

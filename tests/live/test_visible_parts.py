@@ -24,7 +24,6 @@ from facewrinkle.layers.entries import Relief
 from facewrinkle.live.fields import probe
 from facewrinkle.live.protocol import LARGEST
 from facewrinkle.live.visible_parts import VisibleParts
-from facewrinkle.mesh import values_at
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +215,7 @@ def test_the_card_tells_what_pin_and_program_tell(happy, face):
         shares = generator.dirichlet([2.0, 2.0, 2.0])
         told = probe(frame, face, sim.layers, corners, shares)
         assert told["values"]["W"] == pytest.approx(shares @ frame["W"][corners], abs=1e-5)
-        assert values_at(frame, "W", [told["rest"]])[0] == pytest.approx(told["values"]["W"], abs=1e-4)
+        assert fw.mesh.values_at(frame, "W", [told["rest"]])[0] == pytest.approx(told["values"]["W"], abs=1e-4)
 
 
 def test_the_maker_is_the_deepest(happy, face):

@@ -44,7 +44,6 @@ from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_ef
 from facewrinkle.live.document import Document
 from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
-from facewrinkle.session import Folds, Look, Session, Subject
 from facewrinkle.session.player import Player, layers_of
 from facewrinkle.session.session import START
 
@@ -155,7 +154,7 @@ def test_copied_python_uses_public_names_alone(face, path, clip):
         "import facewrinkle.live", "fw.live.stage",
     }  # fmt: skip
     place = face.landmarks["nose_tip"].tolist()
-    session = Session(
+    session = fw.Session(
         face=path,
         landmarks={"mouth_l": face.landmarks["mouth_l"].tolist()},
         mixture={"AU12": 1.0},
@@ -167,13 +166,13 @@ def test_copied_python_uses_public_names_alone(face, path, clip):
         tears={"a": {"start": place}},
         probes={"c": place},
         take="take.csv" if clip == "take" else "",
-        look=Look(view="mouth", field="W", muscles=True),
+        look=fw.session.Look(view="mouth", field="W", muscles=True),
     )
     clips = {
         "recorded": fw.Recorded.of_positions([face.points, face.points], fps=1.0),
         "take": fw.Take(("jawOpen",), [0.0, 1.0], [[0.0], [1.0]]),
     }
-    program = session.as_python(Subject(face, clips.get(clip)))
+    program = session.as_python(fw.session.Subject(face, clips.get(clip)))
     assert program.count("fw.") >= 9
     assert "{'left': 2.0, 'nose': 2.0}" in program
     assert private_names(program) == set()
@@ -409,7 +408,7 @@ def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):
 
 
 def test_a_depth_goes_to_all_layers_and_into_what_is_written_down(face):
-    session = Session(mixture={"AU12": 1.0}, folds=Folds(depth=0.8))
+    session = fw.Session(mixture={"AU12": 1.0}, folds=fw.session.Folds(depth=0.8))
     assert {layer.depth for layer in layers_of(session, face)} == {0.8}
     assert "layers = fw.fold_layers(face, 'wave', depth=0.8)" in session.as_python().splitlines()
     assert "depth" not in START.as_python()

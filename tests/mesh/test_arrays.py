@@ -19,7 +19,6 @@ from small_meshes import cap
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eyeball import gaze_of
-from facewrinkle.errors import MeshError
 from facewrinkle.mesh import ARRAYS, Piece, Surface, prepare, refine, surface_in, to_polydata
 from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE, UNIT, FrameState, joined
 from facewrinkle.mesh.surface import PIECES
@@ -52,7 +51,7 @@ def test_to_polydata_round_trip():
     ],
 )
 def test_to_polydata_checks(points, triangles, data, message):
-    with pytest.raises(MeshError, match=message):
+    with pytest.raises(fw.errors.MeshError, match=message):
         to_polydata(points, np.array(triangles), data)
 
 
@@ -153,7 +152,7 @@ def test_frames_of_a_simulation_say_where_the_eyes_look(face):
 
 
 def test_a_mesh_with_fewer_points_is_no_frame():
-    with pytest.raises(MeshError, match="4 points or more, received 3"):
+    with pytest.raises(fw.errors.MeshError, match="4 points or more, received 3"):
         FrameState.of(pv.PolyData(POINTS[:3]), 4)
 
 

@@ -10,9 +10,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.export import write_series
 from facewrinkle.mesh import arrays, surface, with_normals
-from facewrinkle.plotting import Style, picture
 
 NAMES = sorted(
     {*arrays.ARRAYS, "split_gamma", "paint", "relief"}
@@ -92,7 +90,7 @@ def test_arrays_of_ones_own_are_kept_and_mean_nothing(face, plain, tmp_path, kin
         for ending in ("glb", "obj", "ply"):
             written = fw.read_surface(fw.write_mesh(shape, tmp_path / f"own.{ending}", fitted))
             assert written.n_cells == shape.n_cells
-        write_series([shape], [0.0], tmp_path / "own.vtkhdf")
+        fw.write_series([shape], [0.0], tmp_path / "own.vtkhdf")
         stored = pv.read(tmp_path / "own.vtkhdf")
         for name in set(names) - (shown.keys() if shape is frame else set()):
             np.testing.assert_array_equal(stored.point_data[name][: len(own)], own, err_msg=name)
@@ -105,7 +103,7 @@ def smiling(face):
 
 
 def plain_picture(face):
-    return picture(face.mesh, face, Style((160, 160)))
+    return fw.picture(face.mesh, face, fw.plotting.Style((160, 160)))
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,6 @@ from synthetic_faces import head_with, ring
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
-from facewrinkle.geometry import closest, unit
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
 from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, squeezed
@@ -291,7 +290,7 @@ def test_pursed_lips_come_forward_and_stay_together(any_face):
     moved, samples = skin.displacement[skin.mesh.vertices] @ up, skin.contacts.samples
     for k in np.flatnonzero((skin.contacts.kinds == "lips") & (samples.shares[:, 0] == 1.0)):
         vertex, partner = samples.corners[k, 0], samples.partners[k]
-        _, shares, beside = closest(flat, partner[None], flat[vertex])
+        _, shares, beside = fw.geometry.closest(flat, partner[None], flat[vertex])
         if beside < CLOSE_BY:
             side = np.sign((points[vertex] - shares @ points[partner]) @ up)
             parted.append(side * (moved[vertex] - shares @ moved[partner]))
@@ -339,7 +338,7 @@ def test_planes_that_part_lids_stay_between_them(any_face):
     samples = facing_lids(face, np.ones(n))
     places = np.vstack([face.points, *(eye.centre for eye in face.eyes)])
     start, end, centre = places[samples.partners].transpose(1, 0, 2)
-    run, ray = unit(end - start), unit(centre - start)
+    run, ray = fw.geometry.unit(end - start), fw.geometry.unit(centre - start)
     ups = np.array([face.eyelid_openings[eye.side].axes[1] for eye in face.eyes])[samples.partners[:, 2] - n]
     assert np.abs(np.einsum("nk,nk->n", np.cross(run, ray), ups)).min() > 0.4
 

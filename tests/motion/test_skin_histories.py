@@ -19,7 +19,6 @@ from skins import held
 
 import facewrinkle as fw
 from analysis.subjects import names, subject
-from facewrinkle.motion.skin import Skin
 from tools.trials.oracle import DEEPEST, Oracle, off_the_way
 from tools.trials.player import Player, can_wrinkle
 from tools.trials.sequences import sequence
@@ -27,7 +26,7 @@ from tools.trials.sequences import sequence
 
 @pytest.fixture(scope="module")
 def two_skins(face):
-    return Skin(face), Skin(face)
+    return fw.Skin(face), fw.Skin(face)
 
 
 @pytest.fixture
@@ -78,14 +77,14 @@ def test_every_release_ends_at_rest(skins, name):
 )
 def test_releases_of_other_faces_end_at_rest(real_face, stem, what):
     face = real_face(stem)
-    skin = Skin(face)
+    skin = fw.Skin(face)
     held(skin, face.atlas.contractions(what), 8)
     assert steps_to_rest(skin, 100) <= 100
 
 
 @pytest.mark.slow
 def test_skin_comes_back_from_the_end_of_long_sequences(face):
-    skin, rng = Skin(face), np.random.default_rng(12)
+    skin, rng = fw.Skin(face), np.random.default_rng(12)
     for _ in range(30):
         held(skin, {name: rng.random() for name in skin.names if rng.random() < 0.5}, int(rng.integers(1, 6)))
     assert steps_to_rest(skin, 100) <= 100
@@ -93,7 +92,7 @@ def test_skin_comes_back_from_the_end_of_long_sequences(face):
 
 def test_skin_that_came_back_moves_as_a_new_one(face):
     """Nothing is remembered: neither by contacts nor by the minimizer."""
-    used, new = Skin(face), Skin(face)
+    used, new = fw.Skin(face), fw.Skin(face)
     held(used, fw.EXPRESSIONS["pain"], 15)
     assert steps_to_rest(used, 100) <= 100
     assert np.array_equal(held(used, fw.EXPRESSIONS["anger"], 10), held(new, fw.EXPRESSIONS["anger"], 10))
@@ -105,7 +104,7 @@ def test_skin_that_came_back_moves_as_a_new_one(face):
 @pytest.mark.parametrize("time_step", [0.005, 0.5])
 def test_energy_never_grows_while_rates_are_held(face, time_step):
     """After random jumps: the first step, in which the joints turn and the muscles pull anew, does work."""
-    skin, rng, most = Skin(face, time_step), np.random.default_rng(13), 0.0
+    skin, rng, most = fw.Skin(face, time_step), np.random.default_rng(13), 0.0
     for _ in range(8):
         held(skin, {name: rng.random() for name in skin.names if rng.random() < rng.random()}, 1)
         energies = [skin.energy()]
@@ -117,7 +116,7 @@ def test_energy_never_grows_while_rates_are_held(face, time_step):
 
 
 def test_energy_never_grows_from_random_states(face):
-    skin, rng = Skin(face), np.random.default_rng(14)
+    skin, rng = fw.Skin(face), np.random.default_rng(14)
     for size in (0.1, 0.5):
         skin.reset()
         held(skin, {"zygomaticus_major_l": 0.6}, 2)
@@ -164,7 +163,7 @@ def test_a_steady_state_is_that_of_a_ramp(skins, name):
 
 @pytest.mark.parametrize("time_step", [0.02, pytest.param(0.5, marks=pytest.mark.slow)])
 def test_lids_and_lips_do_not_pass_what_they_meet_in_random_jumps(face, time_step):
-    skin, rng, oracle = Skin(face, time_step), np.random.default_rng(15), Oracle(face)
+    skin, rng, oracle = fw.Skin(face, time_step), np.random.default_rng(15), Oracle(face)
     lids = [name for name in skin.names if name.startswith(("orbicularis_oculi", "levator_palp", "rectus", "jaw"))]
     for k in range(16):
         chosen = lids if k % 2 else skin.names
@@ -187,7 +186,7 @@ def test_lids_and_lips_do_not_pass_what_they_meet_in_random_jumps(face, time_ste
 )
 def test_the_chin_is_never_farther_out_than_its_way(face, time_step, jump):
     """The jaw opens or shuts in one step: no vertex is flung beyond where it was and where it goes."""
-    skin = Skin(face, time_step)
+    skin = fw.Skin(face, time_step)
     path = [held(skin, jump[0], 60)]
     skin.contract(jump[1])
     for _ in range(60):

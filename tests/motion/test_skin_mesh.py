@@ -17,12 +17,10 @@ from scipy.spatial import cKDTree
 from skins import held
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import euler_characteristic, unique_edges
 from facewrinkle.geometry.untangling import LEAST
-from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.skin_mesh import SKIN_VERTICES, WORTHWHILE, ReducedFace, SkinMesh
 
 RMS, MOST = 0.15, 0.5
@@ -34,7 +32,7 @@ def split(face, level):
     for _ in range(level):
         forest.split(np.ones(len(forest.triangles), bool))
     points = interpolated(face.points, forest.corners, forest.barycentric)
-    return fw.fit_face(to_polydata(points, forest.triangles), face.landmarks, units=face.unit)
+    return fw.fit_face(fw.mesh.to_polydata(points, forest.triangles), face.landmarks, units=face.unit)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +64,7 @@ def test_the_mesh_has_about_as_many_vertices_as_were_asked_for(fine, count):
 
 @pytest.mark.parametrize("count", [-3, 4.5, "many", 0])
 def test_numbers_of_vertices_that_make_no_sense(face, count):
-    with pytest.raises(ParameterError, match="vertices"):
+    with pytest.raises(fw.errors.ParameterError, match="vertices"):
         SkinMesh(face, count)
 
 

@@ -10,11 +10,8 @@ from expressions import after
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.animation.recorded import Recorded
-from facewrinkle.mesh import add_seams
 from facewrinkle.plotting import Scene, Style, picture
 from facewrinkle.plotting.images import texels_per_pixel, texture
-from facewrinkle.simulation.fold_layers import fold_layers
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
 RED, BLUE, GREEN = (200, 40, 40), (40, 40, 200), (0, 255, 0)
@@ -35,7 +32,7 @@ def seamed(face):
     uv[face.triangles.ravel()[::-1]] = corners.reshape(-1, 2)[::-1]
     mesh.point_data["uv"] = uv
     mesh.point_data.active_texture_coordinates_name = "uv"
-    add_seams(mesh, corners)
+    fw.mesh.add_seams(mesh, corners)
     photo = np.empty((8, 100, 3), np.uint8)
     photo[:, :30], photo[:, 30:70], photo[:, 70:] = RED, GREEN, BLUE
     return replace(face, mesh=mesh, texture=photo, bound_hair={})
@@ -85,7 +82,7 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
 
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
-    frame = after(fw.Simulation(plain, layers=fold_layers(plain, "wave", depth=3.0)), "paper_surprise", 20)
+    frame = after(fw.Simulation(plain, layers=fw.fold_layers(plain, "wave", depth=3.0)), "paper_surprise", 20)
     smooth = after(fw.Simulation(plain, layers=[]), "paper_surprise", 20)
     style = Style(SIZE, "forehead", eyes=False, brows=False, microrelief=False)
     middle = (slice(60, 180), slice(60, 180))  # away from the outline and the hair
@@ -111,7 +108,7 @@ def surprised(face, played):
 
     @cache
     def surprised(pose=None):
-        recorded = Recorded.of_shapes([shape], [[0.0], [1.0]], times=[0.0, 0.1], pose=pose)
+        recorded = fw.Recorded.of_shapes([shape], [[0.0], [1.0]], times=[0.0, 0.1], pose=pose)
         return list(fw.Simulation(face, motion=recorded, time_step=0.02).run(7))
 
     return surprised
@@ -147,7 +144,7 @@ def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
     """A vertex cache does not tell how the head moved: most of its points do."""
     shape = played("paper_surprise").held.displacement
     moments = [face.points, (face.points + shape) @ TURN[:3, :3].T + TURN[:3, 3]]
-    recorded = Recorded.of_positions(moments, times=[0.0, 0.02])
+    recorded = fw.Recorded.of_positions(moments, times=[0.0, 0.02])
     frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()
     pose = frame.field_data["pose"]
     for eye in face.eyes:
@@ -167,7 +164,7 @@ def test_a_recorded_turn_and_one_within_the_positions_add_up(face):
     half = np.eye(4)
     half[:3, :3], half[:3, 3] = Rotation.from_euler("y", 12.0, degrees=True).as_matrix(), [0.0, 5.0, 0.0]
     moved = face.points @ half[:3, :3].T + half[:3, 3]
-    recorded = replace(Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=turned_head)
+    recorded = replace(fw.Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=turned_head)
     frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()
     np.testing.assert_allclose(frame.field_data["pose"], TURN @ half, atol=1e-6)
 

@@ -12,9 +12,7 @@ import pytest
 from small_meshes import area_vectors
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning, UnknownNameError
 from facewrinkle.rigging.linear_rig import label
-from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def test_all_meshes_have_all_shapes(rig):
@@ -110,7 +108,7 @@ def test_wrinkles_can_be_targets_of_their_own(face):
 def test_age_is_the_lines_that_old_skin_has_at_rest(face):
     made = fw.rig(face, "age+happiness", level=0)
     old, own = (
-        fw.Simulation(face, fw.Refinement(max_level=0), layers=fold_layers(face, "wave", age=age)).step()
+        fw.Simulation(face, fw.Refinement(max_level=0), layers=fw.fold_layers(face, "wave", age=age)).step()
         for age in (1.0, 0.0)
     )
     lines = np.asarray(old.points) - own.points
@@ -121,11 +119,11 @@ def test_age_is_the_lines_that_old_skin_has_at_rest(face):
 
 
 def test_weights_are_checked(rig):
-    with pytest.raises(UnknownNameError, match=r"shape 'jawOpn'. Did you mean 'jawOpen'"):
+    with pytest.raises(fw.errors.UnknownNameError, match=r"shape 'jawOpn'. Did you mean 'jawOpen'"):
         rig.at({"jawOpn": 1.0})
-    with pytest.raises(UnknownNameError, match="part 'nose'"):
+    with pytest.raises(fw.errors.UnknownNameError, match="part 'nose'"):
         rig.at({}, "nose")
-    with pytest.warns(FaceWrinkleWarning, match=r"outside \[0, 1\] are clamped"):
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"outside \[0, 1\] are clamped"):
         clamped = rig.at({"jawOpen": 1.5})
     np.testing.assert_array_equal(clamped.points, rig.at({"jawOpen": 1.0}).points)
     assert rig.error({}) == type(rig.error({}))(0.0, 0.0, 0.0)

@@ -17,12 +17,10 @@ from scipy.ndimage import distance_transform_edt
 
 import facewrinkle as fw
 from facewrinkle.appearance.flush import flush
-from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.rigging.maps import Texels, around_head, tangents_of, visible_first
-from facewrinkle.simulation.fold_layers import fold_layers
 
 SIZE = 2048
 """Texels that find the bottoms of the forehead's sharpest furrows, which 1024 across miss by a fifth."""
@@ -37,7 +35,7 @@ def small(face):
 @pytest.fixture(scope="module")
 def raised(face):
     """Maps of raised brows, and the refined skin."""
-    lines = [fold_layers(face, "wave", depth=4.2) for _ in range(2)]
+    lines = [fw.fold_layers(face, "wave", depth=4.2) for _ in range(2)]
     return fw.bake_maps(face, "AU1", size=SIZE, layers=lines[0]), settled(fw.Simulation(face, layers=lines[1]), "AU1")
 
 
@@ -176,11 +174,11 @@ def test_a_face_without_texture_coordinates_gets_a_chart():
 
 def test_what_cannot_be_baked_is_refused():
     face = fw.default_face()
-    with pytest.raises(ParameterError, match="power of two"):
+    with pytest.raises(fw.errors.ParameterError, match="power of two"):
         fw.bake_maps(face, "AU1", size=1000)
     face.mesh.active_texture_coordinates = 2.0 * around_head(face, face.points)
-    with pytest.raises(ParameterError, match=r"coordinates in \[0, 1\], received some from .* to [12]"):
+    with pytest.raises(fw.errors.ParameterError, match=r"coordinates in \[0, 1\], received some from .* to [12]"):
         fw.bake_maps(face, "AU1", size=64)
     face.mesh.active_texture_coordinates = np.abs(around_head(face, face.points) - [0.5, 0.0])
-    with pytest.warns(FaceWrinkleWarning, match="several triangles lie on each other"):
+    with pytest.warns(fw.FaceWrinkleWarning, match="several triangles lie on each other"):
         fw.bake_maps(face, "AU1", size=64)

@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 
 SHAPES = "jawOpen+eyeLookInLeft+mouthSmileLeft"
 
@@ -90,7 +89,7 @@ def test_what_nothing_is_near_is_said(given, shapes):
 
 
 def test_another_mesh_is_refused(rig):
-    with pytest.raises(ParameterError, match="made of another mesh .*fit the face to this mesh"):
+    with pytest.raises(fw.errors.ParameterError, match="made of another mesh .*fit the face to this mesh"):
         fw.on_source(rig, pv.Sphere())
 
 

@@ -11,7 +11,6 @@ from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.muscles import JawMuscle
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.animation.action_units import named_shapes, units_of
-from facewrinkle.errors import FaceWrinkleWarning, UnknownNameError
 from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
 
 
@@ -69,7 +68,7 @@ def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
     shapes, left_out = shapes_of("mouthClose+jawOpen+mouthFunnel", agape)
     assert left_out == {"mouthClose": "the lips of this mesh do not meet at rest"}
     assert set(shapes) == {"jawOpen", "mouthFunnel"}
-    with pytest.warns(FaceWrinkleWarning, match="1 shapes are left out .the lips of this mesh do not meet"):
+    with pytest.warns(fw.FaceWrinkleWarning, match="1 shapes are left out .the lips of this mesh do not meet"):
         made = fw.rig(agape, "mouthClose+jawOpen", wrinkles="none", level=0)
     assert made.names == ("jawOpen",)
     assert made.left_out == left_out
@@ -78,5 +77,5 @@ def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
 def test_shapes_are_joined_as_mixtures_are(face):
     joined = [list(shapes_of(text, face)[0]) for text in ("jawOpen+AU4", "jawOpen, AU4")]
     assert joined == [["jawOpen", "AU4"]] * 2
-    with pytest.raises(UnknownNameError, match=r"'jawOpen\+'"):
+    with pytest.raises(fw.errors.UnknownNameError, match=r"'jawOpen\+'"):
         shapes_of("jawOpen+", face)

@@ -16,7 +16,6 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
-from facewrinkle.rigging import Performer
 from facewrinkle.rigging.tables import shapes_of_column
 
 JAW, SMILE = [0.0, 0.5, 0.25], [0.75, 0.0, 1.0]
@@ -252,7 +251,7 @@ def test_whatever_takes_name_is_performed_or_left_out(tmp_path, face):
     names = [f"AU{k:02d}_r" for k in range(1, 69)]
     take = read(tmp_path, "a.csv", f"{','.join(names)}\n{','.join(['3'] * len(names))}\n")
     with pytest.warns(FaceWrinkleWarning, match="shapes of the take are left out .no muscle does it.: AU3, AU8"):
-        performer = Performer(take, face)
+        performer = fw.Performer(take, face)
     units = {name for name in face.atlas.action_units if name[-1].isdigit()}
     assert set(performer.left_out) == {f"AU{k}" for k in range(1, 69)} - units
     assert "AU25" in units

@@ -19,7 +19,6 @@ from scipy.ndimage import gaussian_filter
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.rigging import write_page
 from facewrinkle.rigging.wrinkle_layers import _colored, tiled
 
 SIZE = 1024
@@ -151,7 +150,7 @@ def on_pages(folder, smooth, layers, folded):
     shapes = "#" + "&".join(f"{name}={weight}" for name, weight in WEIGHTS.items())
     seen = []
     for made, maps in ((smooth, None), (smooth, layers), (folded, None)):
-        page = write_page(made, folder / "rig.html", maps)
+        page = fw.rigging.write_page(made, folder / "rig.html", maps)
         forehead = shot(page, folder / f"{len(seen)}.png", shapes, (1500, 1200))[290:360, 420:760].mean(axis=2)
         seen.append(gaussian_filter(forehead, 1.5))  # edges may have stairs in one and none in another
     return seen

@@ -17,9 +17,7 @@ from glb_files import read_glb
 from judging import judged, path_of_chromium, shot
 
 import facewrinkle as fw
-from facewrinkle.errors import OutputError
 from facewrinkle.mesh.formats.gltf import Document
-from facewrinkle.rigging import write_page
 
 
 @pytest.fixture(scope="session")
@@ -85,10 +83,10 @@ def test_trimesh_sees_the_same_points(rig, glb):
 
 
 def test_unwritable_targets_are_refused(smooth_rig, tmp_path):
-    with pytest.raises(OutputError, match=r"must end in \.glb or \.gltf"):
+    with pytest.raises(fw.errors.OutputError, match=r"must end in \.glb or \.gltf"):
         fw.write_rig(smooth_rig, tmp_path / "head.fbx")
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError):
+    with pytest.raises(fw.errors.OutputError):
         fw.write_rig(smooth_rig, tmp_path / "file" / "head.glb")
 
 
@@ -112,20 +110,20 @@ def test_every_shape_is_seen_in_three(rig, glb):
 
 @pytest.mark.slow
 def test_a_page_needs_nothing_but_itself(smooth_rig, tmp_path):
-    text = write_page(smooth_rig, tmp_path / "<A & B>.html").read_text(encoding="utf-8")
+    text = fw.rigging.write_page(smooth_rig, tmp_path / "<A & B>.html").read_text(encoding="utf-8")
     assert "<title>&lt;A &amp; B&gt;</title>" in text
     assert "{{" not in text
     assert not re.search(r"(src|href)\s*=|https?:", text)
     used = re.findall(r'from \\"\./(\w+\.js)', text)
     assert used
     assert all(f'"{name}": ' in text for name in used)
-    with pytest.raises(OutputError, match=r"must end in \.html"):
-        write_page(smooth_rig, tmp_path / "head.htm")
+    with pytest.raises(fw.errors.OutputError, match=r"must end in \.html"):
+        fw.rigging.write_page(smooth_rig, tmp_path / "head.htm")
 
 
 @pytest.mark.slow
 def test_the_page_shows_the_face_and_its_shapes(smooth_rig, tmp_path):
-    path = write_page(smooth_rig, tmp_path / "head.html")
+    path = fw.rigging.write_page(smooth_rig, tmp_path / "head.html")
     rest, again = (shot(path, tmp_path / f"{k}.png") for k in range(2))
     opened = shot(path, tmp_path / "2.png", "#jawOpen=1&browInnerUp=1")
     np.testing.assert_array_equal(rest, again)

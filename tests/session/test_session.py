@@ -23,7 +23,6 @@ from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleError, ParameterError, UnknownNameError
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
-from facewrinkle.plotting import VIEWS
 from facewrinkle.session import Folds, Pattern, Place, Session, Tear
 from facewrinkle.session.content import MARK
 from facewrinkle.session.parts import point_of, ranges
@@ -79,7 +78,9 @@ DOCUMENTS = st.fixed_dictionaries(
         "probes": st.dictionaries(st.just("probe 1"), PLACES, max_size=1),
         "timeline": st.dictionaries(st.sampled_from("kl"), KEYS, max_size=2).map(lambda keys: {"keys": keys}),
         "time": st.floats(0.0, 4.0, width=16),
-        "look": st.fixed_dictionaries({}, optional={"view": st.sampled_from(sorted(VIEWS)), "muscles": st.booleans()}),
+        "look": st.fixed_dictionaries(
+            {}, optional={"view": st.sampled_from(sorted(fw.plotting.VIEWS)), "muscles": st.booleans()}
+        ),
     },
 )
 """What a page can set; tears have their own test, as they lie on a frame, and are none of it."""

@@ -14,8 +14,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import Crease
-from facewrinkle.errors import ParameterError
 from facewrinkle.simulation.fold_layers import FOLDS
 
 PAGE = Path(__file__).parents[2] / "docs" / "howto" / "fields.rst"
@@ -70,8 +68,8 @@ def test_every_muscle_tells_its_fields(surprise):
         fields, pattern = sim.fields(name), pattern_of(sim, name)
         total += fields["W"]
         inside, where = pattern.wrinkling_region(x), fields["region"]
-        assert not (where & ~inside).any() or isinstance(pattern, Crease)  # one of a person is shifted
-        if not isinstance(pattern, Crease):
+        assert not (where & ~inside).any() or isinstance(pattern, fw.Crease)  # one of a person is shifted
+        if not isinstance(pattern, fw.Crease):
             for array, values in zip(("lambda", "gamma"), pattern.coordinates(x), strict=True):
                 np.testing.assert_allclose(fields[array][where], values[where], rtol=0, atol=1e-10)
         assert not any(fields[array][~where].any() for array in ("lambda", "gamma", "epsilon", "W"))
@@ -92,7 +90,7 @@ def test_the_compression_over_waves_is_that_of_the_formula(face):
 
 def test_what_no_layer_knows_says_what_to_add(face):
     sim = fw.Simulation(face, layers=[fw.WaveFolds()])
-    with pytest.raises(ParameterError, match=r"Add MuscleWrinkles\(\) to its layers, or Creases\(\)"):
+    with pytest.raises(fw.errors.ParameterError, match=r"Add MuscleWrinkles\(\) to its layers, or Creases\(\)"):
         sim.fields("corrugator_l")
 
 

@@ -22,11 +22,8 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import printed_atlas
 from facewrinkle.anatomy.fitting import mean_face
-from facewrinkle.anatomy.muscles import SheetMuscle
 from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
-from facewrinkle.geometry import unique_edges
-from facewrinkle.layers.printed_wrinkles import PrintedWrinkles
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import strength_of, tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
@@ -115,7 +112,7 @@ def test_a_surface_keeps_its_own_muscles_as_printed(face):
     muscle = fw.LinearMuscle((0, 0, -5), (0, 20, 0), max_angle=0.5, radius=30.0)
     sim = fw.Simulation(fw.surface(face.mesh).with_muscles({"mine": muscle}), folds="printed")
     assert sim.muscles == ("mine",)
-    assert isinstance(sim.layers[0], PrintedWrinkles)
+    assert isinstance(sim.layers[0], fw.PrintedWrinkles)
 
 
 def test_the_kinds_of_folds(face):
@@ -135,7 +132,7 @@ def test_the_kinds_of_folds(face):
 def test_surfaces_without_landmarks_have_the_folds_of_their_muscles_or_none(face):
     cloth = fw.surface(face.mesh)
     assert fold_layers(cloth, "wave") == []
-    plate = cloth.with_muscles({"muscle": SheetMuscle([(-9, 9, 0), (9, 9, 0)], [(-9, -9, 0), (9, -9, 0)])})
+    plate = cloth.with_muscles({"muscle": fw.SheetMuscle([(-9, 9, 0), (9, 9, 0)], [(-9, -9, 0), (9, -9, 0)])})
     assert [type(layer) for layer in fold_layers(plate, "wave")] == [fw.MuscleWrinkles, fw.Creases]
 
 
@@ -227,7 +224,7 @@ def test_carried_lines_run_on_over_the_edges_of_a_mesh(coarse):
     """Phases at the ends of an edge differ by what the wave there turns along it."""
     own = lines_of(coarse, shapes_of(coarse), 1.0, Style())["forehead"]
     ground = own.ground
-    i, j = unique_edges(ground.triangles)[0].T
+    i, j = fw.geometry.unique_edges(ground.triangles)[0].T
     strong = np.minimum(own.share[i], own.share[j]) > 0.6
     i, j = i[strong], j[strong]
     sign = np.where((own.wave[i] * own.wave[j]).sum(axis=1) < 0.0, -1.0, 1.0)

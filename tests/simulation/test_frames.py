@@ -17,13 +17,12 @@ from expressions import PAPER, after
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import unit, vertex_normals
-from facewrinkle.mesh import ARRAYS, MUSCLES
 
 
 @pytest.mark.parametrize("name", PAPER)
 def test_frames_carry_what_they_promise(face, played, name):
     frame, n = played(name).top, played(name).top.n_points
-    assert set(ARRAYS) == {
+    assert set(fw.mesh.ARRAYS) == {
         "lambda",
         "gamma",
         "epsilon",
@@ -44,7 +43,7 @@ def test_frames_carry_what_they_promise(face, played, name):
     assert frame["muscle"].dtype.kind == frame["level"].dtype.kind == "i"
     assert frame["muscle"].min() == -1
     assert frame["muscle"].max() < len(face.muscles)
-    assert list(frame.field_data[MUSCLES]) == list(face.muscles)
+    assert list(frame.field_data[fw.mesh.MUSCLES]) == list(face.muscles)
     np.testing.assert_allclose(np.linalg.norm(frame["Normals"], axis=1), 1.0, atol=1e-12)
     assert frame.point_data.active_normals_name == "Normals"
     assert frame.points.dtype == np.float64

@@ -25,10 +25,7 @@ from flat_layers import Flat
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
-from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.base import Undriven
-from facewrinkle.plotting import Style, picture
-from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def test_reset_is_a_new_simulation(face, fingerprint):
@@ -80,12 +77,12 @@ def test_a_held_face_is_shown_again(face, fingerprint, folds):
     assert fingerprint(kept.settle()) == fingerprint(asked.settle())
 
 
-def test_only_layers_without_time_are_not_asked_again(face):
-    for timeless, most in ((False, 8), (True, 2)):
-        sim = fw.Simulation(face, layers=[Beating(timeless)])
-        frames = [sim.step() for _ in range(8)]
-        assert 1 <= sim.layers[0].asked <= most
-        assert (frames[-1]["W"][0] == frames[-2]["W"][0]) == timeless
+@pytest.mark.parametrize(("timeless", "most"), [(False, 8), (True, 2)])
+def test_only_layers_without_time_are_not_asked_again(face, timeless, most):
+    sim = fw.Simulation(face, layers=[Beating(timeless)])
+    frames = [sim.step() for _ in range(8)]
+    assert 1 <= sim.layers[0].asked <= most
+    assert (frames[-1]["W"][0] == frames[-2]["W"][0]) == timeless
 
 
 def test_a_face_whose_skin_rests_still_turns(face):
@@ -94,7 +91,7 @@ def test_a_face_whose_skin_rests_still_turns(face):
             self.pose = np.eye(4) + 0.1 if self.pose is None else self.pose + 0.1
             return self.points
 
-    sim = fw.Simulation(face, layers=fold_layers(face), motion=Nodding(face))
+    sim = fw.Simulation(face, layers=fw.fold_layers(face), motion=Nodding(face))
     poses = [sim.step().field_data["pose"] for _ in range(4)]
     assert not np.array_equal(poses[2], poses[3])
 
@@ -276,7 +273,7 @@ def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(fac
 
 
 def test_settling_of_skin_that_begins_at_rest_is_settling_after_a_reset(face):
-    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=0.8))
+    sim = fw.Simulation(face, layers=fw.fold_layers(face, "wave", age=0.8))
 
     def moment(expression, yaw, reset):
         reset()
@@ -396,7 +393,7 @@ def test_frames_tell_the_age_of_the_lines_that_are_drawn_now(face):
 @pytest.mark.parametrize("unit", [25.4, 1000.0])
 def test_the_first_frame_has_the_points_that_were_given(face, unit):
     given = {name: point / unit for name, point in face.landmarks.items()}
-    other = fw.Face.from_landmarks(to_polydata(face.points / unit, face.triangles), given, unit)
+    other = fw.Face.from_landmarks(fw.mesh.to_polydata(face.points / unit, face.triangles), given, unit)
     np.testing.assert_array_equal(fw.Simulation(other).step().points, other.points)
 
 
@@ -408,7 +405,7 @@ def test_faces_that_nobody_holds_are_freed(face, drawn):
     sim.express("paper_surprise")
     frame = sim.step()
     if drawn:
-        picture(frame, own, Style((40, 40)))
+        fw.picture(frame, own, fw.plotting.Style((40, 40)))
     freed = weakref.ref(own)
     del own, sim, frame
     gc.collect()

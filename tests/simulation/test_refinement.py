@@ -18,7 +18,6 @@ from small_meshes import area_vectors
 
 import facewrinkle as fw
 from analysis.surfaces import settled, wrinkled_surface
-from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import unique_edges
@@ -119,7 +118,7 @@ def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face, share):
 def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     fine = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60)})
     sim = fw.Simulation(fine, fw.Refinement(max_level=2), folds="paper")
-    with pytest.raises(ParameterError, match="frontalis_inner_l are too fine") as caught:
+    with pytest.raises(fw.errors.ParameterError, match="frontalis_inner_l are too fine") as caught:
         sim.express("paper_fear")
     # The remedy in the message works.
     level = int(str(caught.value).rstrip(".").split("max_level=")[-1])
@@ -127,7 +126,7 @@ def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     fw.Simulation(fine, fw.Refinement(max_level=level), folds="paper").express("paper_fear")
     sim.contract({"frontalis_inner_r": 1.0})
     finest = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60_000)})
-    with pytest.raises(ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
+    with pytest.raises(fw.errors.ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
         fw.Simulation(finest, folds="paper").express("paper_fear")
 
 
@@ -164,7 +163,7 @@ def test_without_samples_the_papers_criterion_splits_alone():
     wanted, *_ = mark(Refinement(gamma_c=0.03, samples=0), forest, vertices, bent, [layer])
     np.testing.assert_array_equal(wanted, (triangles == 4).any(axis=1))
     assert not mark(Refinement(samples=0), forest, vertices, bent, [layer])[0].any()
-    with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
+    with pytest.raises(fw.errors.ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
         Refinement(samples=0.5)
 
 

@@ -6,7 +6,6 @@ import pyvista as pv
 from small_meshes import assert_ball, signed_distances
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.tears import PRESETS, Fall, Film, Flow, preset, surfaces
 from facewrinkle.tears.presets import grouped
 
@@ -95,9 +94,9 @@ def test_options_override_the_preset(face):
 @pytest.mark.parametrize(
     ("call", "error", "says"),
     [
-        (lambda face: preset("weepin", face), UnknownNameError, "weeping"),
-        (lambda face: preset("weeping", pv.Sphere()), ParameterError, "a preset needs a Face"),
-        (lambda face: grouped({"roughness": 3.0}, film=Film), ParameterError, "roughness"),
+        (lambda face: preset("weepin", face), fw.errors.UnknownNameError, "weeping"),
+        (lambda face: preset("weeping", pv.Sphere()), fw.errors.ParameterError, "a preset needs a Face"),
+        (lambda face: grouped({"roughness": 3.0}, film=Film), fw.errors.ParameterError, "roughness"),
     ],
 )
 def test_refuses(face, call, error, says):

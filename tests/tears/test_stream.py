@@ -82,14 +82,14 @@ def test_the_frames_before_change_nothing(face):
             np.testing.assert_allclose(mesh.points, alone.points, rtol=0, atol=1e-9)
 
 
-def test_points_are_no_farther_apart_than_the_detail(face):
-    for detail in (0.1, 0.25):
-        strip = fw.SheddingTear(face, start="l", width=3.0, detail=detail).strip
-        along, across = (np.linalg.norm(np.diff(strip.rest, axis=axis), axis=2) for axis in (0, 1))
-        inside = ~strip.ends[1:, 1:-1] & ~strip.ends[:-1, 1:-1]
-        assert 0.4 * 3.0 * detail < np.median(along)
-        assert np.quantile(along[:, 1:-1][inside], 0.99) <= 3.0 * detail
-        assert across.max() <= 3.0 * detail
+@pytest.mark.parametrize("detail", [0.1, 0.25])
+def test_points_are_no_farther_apart_than_the_detail(face, detail):
+    strip = fw.SheddingTear(face, start="l", width=3.0, detail=detail).strip
+    along, across = (np.linalg.norm(np.diff(strip.rest, axis=axis), axis=2) for axis in (0, 1))
+    inside = ~strip.ends[1:, 1:-1] & ~strip.ends[:-1, 1:-1]
+    assert 0.4 * 3.0 * detail < np.median(along)
+    assert np.quantile(along[:, 1:-1][inside], 0.99) <= 3.0 * detail
+    assert across.max() <= 3.0 * detail
 
 
 def test_a_coarse_tear_holds_what_its_formula_does():
@@ -205,14 +205,14 @@ def test_water_on_a_sphere_and_a_vase(sphere):
     ],
     indirect=True,
 )
-def test_on_lids_of_all_kinds(any_face):
-    for side in "lr":
-        tear = fw.SheddingTear(any_face, start=side)
-        assert tear.length * any_face.unit > 40.0
-        for t in np.linspace(tear.begin, tear.end, 6):
-            mesh = tear.surface(t)
-            assert_ball(mesh)
-            assert_outside(mesh.points, any_face.mesh, any_face.unit)
+@pytest.mark.parametrize("side", ["l", "r"])
+def test_on_lids_of_all_kinds(any_face, side):
+    tear = fw.SheddingTear(any_face, start=side)
+    assert tear.length * any_face.unit > 40.0
+    for t in np.linspace(tear.begin, tear.end, 6):
+        mesh = tear.surface(t)
+        assert_ball(mesh)
+        assert_outside(mesh.points, any_face.mesh, any_face.unit)
 
 
 # --- what is refused ----------------------------------------------------------------------------------

@@ -13,8 +13,6 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning
-from facewrinkle.geometry import topology
 from facewrinkle.geometry.normals import double_areas
 from tools.trials import runner
 from tools.trials.corpus import clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
@@ -93,8 +91,8 @@ def test_the_corpus_is_dirty():
             of_clean = clean[dirty.name.partition(" ")[2].partition(":")[0]]
             kinds["self-intersecting"] += crossed(points, triangles) > of_clean
         proper = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
-        kinds["not manifold"] += len(topology.non_manifold_edges(proper)) > 0
-        kinds["badly oriented"] += not topology.is_oriented(proper)
+        kinds["not manifold"] += len(fw.geometry.topology.non_manifold_edges(proper)) > 0
+        kinds["badly oriented"] += not fw.geometry.topology.is_oriented(proper)
         kinds["degenerate"] += double_areas(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
     assert min(kinds.values()) >= 2, kinds
 
@@ -117,7 +115,7 @@ def test_mended_faces_keep_their_shape():
     kept = 0
     for dirty in dirty_faces():
         if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
-            with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+            with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
                 face = fw.fit_face(dirty.mesh, dirty.landmarks)
             moved = (face.points != np.asarray(dirty.mesh.points)[face.source_points]).any(axis=1)
             flat = [int(line.split()[-1].rstrip(".")) for line in face.report if "turned over" in line]
@@ -146,7 +144,7 @@ OTHERS = {
 def test_other_shapes_are_surfaces_that_move(name, fingerprint):
     mesh = OTHERS[name]
     before = fingerprint(mesh)
-    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         face = fw.surface(mesh)
     assert flaws(face) + flaws_in_motion(face) == []
     assert fingerprint(mesh) == before

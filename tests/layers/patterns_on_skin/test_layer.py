@@ -16,8 +16,6 @@ import pyvista as pv
 from small_meshes import pressed
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError, UnknownNameError
-from facewrinkle.layers import patterns
 from facewrinkle.layers.patterns_on_skin.kinds import (
     Cheek,
     Frown,
@@ -64,7 +62,7 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
     by_spacing, by_number = (played(face, [layer])[1] for layer in layers)
     np.testing.assert_array_equal(by_spacing["W"], by_number["W"])
     assert np.ptp(by_spacing["W"]) > 0.5
-    with pytest.raises(ParameterError, match=rf"spacing must lie in .* region is {across:.0f} mm long"):
+    with pytest.raises(fw.errors.ParameterError, match=rf"spacing must lie in .* region is {across:.0f} mm long"):
         fw.Simulation(face, layers=[fw.PatternLayer(name, **place, spacing=700.0)])
 
 
@@ -120,7 +118,7 @@ def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
         sim = fw.Simulation(slab, fw.Refinement(max_level=level), layers=layers)
         for _ in range(3):
             sim.step()
-    assert [w.category for w in heard] == [FaceWrinkleWarning] * 2
+    assert [w.category for w in heard] == [fw.FaceWrinkleWarning] * 2
     for name, warning in zip(("c-20", "c20"), heard, strict=True):
         says = f"pattern {name} well: its triangles should be split {needed[0]} times, and max_level={level}"
         assert says in str(warning.message)
@@ -168,7 +166,7 @@ def test_strength_as_a_function_of_time(slab):
     bad = fw.PatternLayer("dimple", (0, 0, 0), size=30.0, strength=lambda s: 1.0 if s < 0.03 else np.nan)
     sim = fw.Simulation(slab, layers=[bad], motion=fw.Still(slab, 0.02))
     sim.step()
-    with pytest.raises(ParameterError, match=r"strength of dimple at 0.04 s.*nan"):
+    with pytest.raises(fw.errors.ParameterError, match=r"strength of dimple at 0.04 s.*nan"):
         sim.step()
 
 
@@ -213,23 +211,26 @@ def test_patterns_and_muscles_together(face):
     assert {"lambda", "muscle", "epsilon"} <= set(frame.point_data)
 
 
-def test_functions_that_misbehave(slab):
-    for function, says in (
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
         (lambda x, y, t: np.full_like(x, np.nan), "not finite"),
         (lambda x, y, t: np.zeros(3), "one finite height per place"),
-    ):
-        sim = fw.Simulation(slab, layers=[fw.PatternLayer(function, (0, 0, 0), size=20.0)])
-        with pytest.raises(FaceWrinkleError, match=says):
-            sim.step()
+    ],
+)
+def test_functions_that_misbehave(slab, function, says):
+    sim = fw.Simulation(slab, layers=[fw.PatternLayer(function, (0, 0, 0), size=20.0)])
+    with pytest.raises(fw.FaceWrinkleError, match=says):
+        sim.step()
 
 
 @unrefined
 def test_a_function_of_ones_own(slab):
-    layer = fw.PatternLayer(lambda x, y, t: patterns.cheek(x, y, t, 0.5, 9.0), (0, 0, 0), size=40.0, t=0.7)
+    layer = fw.PatternLayer(lambda x, y, t: fw.layers.patterns.cheek(x, y, t, 0.5, 9.0), (0, 0, 0), size=40.0, t=0.7)
     frame = played(slab, [layer], refinement=fw.Refinement(max_level=0))[1]
     x, y = frame["rest"][:, 0] / 20, frame["rest"][:, 1] / 20
     inside = np.hypot(x, y) < 0.4
-    np.testing.assert_allclose(frame["W"][inside], patterns.cheek(x, y, 0.7, 0.5, 9.0)[inside], atol=1e-9)
+    np.testing.assert_allclose(frame["W"][inside], fw.layers.patterns.cheek(x, y, 0.7, 0.5, 9.0)[inside], atol=1e-9)
 
 
 def test_simulations_have_layers_of_their_own(slab):
@@ -269,5 +270,5 @@ def test_a_pattern_is_placed_by_the_name_of_a_landmark(face):
     ]
     np.testing.assert_array_equal(frames[0]["W"], frames[1]["W"])
     assert np.abs(frames[0]["W"]).max() > 0.1
-    with pytest.raises(UnknownNameError, match="unknown landmark 'forhead'.*forehead_mid"):
+    with pytest.raises(fw.errors.UnknownNameError, match="unknown landmark 'forhead'.*forehead_mid"):
         fw.PatternLayer("forehead", "forhead", size=60.0).laid(face)

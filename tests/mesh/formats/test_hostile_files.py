@@ -17,7 +17,6 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import MeshError
 from facewrinkle.files import inside_only
-from facewrinkle.mesh import Piece, Surface
 from facewrinkle.mesh.formats import probing
 from tools.trials.fuzzing import READERS, SECONDS, play
 from tools.trials.runner import Worker
@@ -168,7 +167,9 @@ def test_hdf_that_lies_in_other_files(secret, how):
 
 
 def test_a_data_set_does_not_name_pictures(secret):
-    sheet = replace(Surface.of(pv.Plane().triangulate()), pieces=(Piece(image=str(secret)),)).to_polydata()
+    sheet = replace(
+        fw.mesh.Surface.of(pv.Plane().triangulate()), pieces=(fw.mesh.Piece(image=str(secret)),)
+    ).to_polydata()
     assert fw.surface(sheet).texture is not None
     sheet.save(secret.parent / "mesh" / "sheet.vtp")
     assert fw.surface(secret.parent / "mesh" / "sheet.vtp").texture is None

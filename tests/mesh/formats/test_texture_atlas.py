@@ -18,7 +18,6 @@ import pyvista as pv
 from PIL import Image
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import Surface, corner_texture, merged_texture, surface_in
 from facewrinkle.mesh.formats.textures import BORDER
 
@@ -86,7 +85,7 @@ def test_an_image_that_its_package_does_not_hold_is_told_of(folder):
     inside = [piece._replace(image=piece.image.replace("/red.png", "/b.usdz[red.png]")) for piece in mesh.pieces]
     with zipfile.ZipFile(folder / "b.usdz", "w") as package:
         package.writestr("other.png", b"")
-    with pytest.warns(FaceWrinkleWarning, match="b.usdz does not hold the image 'red.png'"):
+    with pytest.warns(fw.FaceWrinkleWarning, match="b.usdz does not hold the image 'red.png'"):
         _, image = merged_texture(dataclasses.replace(mesh, pieces=tuple(inside)))
     assert {tuple(pixel) for pixel in BLUE.reshape(-1, 3)} <= {tuple(pixel) for pixel in image.reshape(-1, 3)}
 
@@ -112,12 +111,12 @@ def test_what_has_no_image_keeps_its_color(folder):
 
 def test_images_that_are_missing_are_told_of_and_the_others_are_there(folder):
     (folder / "blue.png").unlink()
-    with pytest.warns(FaceWrinkleWarning, match=r"left out: the image 'blue\.png' is not there"):
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"left out: the image 'blue\.png' is not there"):
         image = fw.surface(folder / "a.obj").texture
     assert image is not None
     (folder / "red.png").write_bytes(b"nothing")
     (folder / "blue.png").write_bytes(b"nothing")
-    with pytest.warns(FaceWrinkleWarning, match=r"the image (red|blue)\.png cannot be read") as told:
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"the image (red|blue)\.png cannot be read") as told:
         assert fw.surface(folder / "a.obj").texture is None
     assert len(told) == 2
 
@@ -140,7 +139,7 @@ def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
 
     for found, expected in zip(moved(lambda u: u + 1.0), laid_out(folder / "a.obj"), strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-12)
-    with pytest.warns(FaceWrinkleWarning, match=r"repeated on the mesh, blue\.png, are cut off"):
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"repeated on the mesh, blue\.png, are cut off"):
         moved(lambda u: 3.0 * u)
 
 
