@@ -5,10 +5,7 @@ import pyvista as pv
 from scipy.spatial import Delaunay
 
 import facewrinkle as fw
-from facewrinkle.geometry.interpolation import barycentric, interpolated
-from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
-from facewrinkle.mesh.arrays import closest_places
 
 
 def mesh_of(points: np.ndarray, triangles: np.ndarray, **point_data: np.ndarray) -> pv.PolyData:
@@ -83,9 +80,11 @@ def enclosed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
 def signed_distances(points: np.ndarray, skin: pv.PolyData) -> np.ndarray:
     """Distances of points (n, 3) from a mesh, negative on the side that its normals point away from."""
     vertices, triangles = np.asarray(skin.points, dtype=float), np.asarray(skin.regular_faces)
-    cells, near = closest_places(skin, points)
+    cells, near = fw.mesh.closest_places(skin, points)
     corners = triangles[cells]
-    normals = interpolated(vertex_normals(vertices, triangles), corners, barycentric(near, vertices[corners]))
+    normals = fw.geometry.interpolated(
+        fw.geometry.vertex_normals(vertices, triangles), corners, fw.geometry.barycentric(near, vertices[corners])
+    )
     away = np.asarray(points, dtype=float) - near
     return np.copysign(np.linalg.norm(away, axis=1), (away * normals).sum(axis=1))
 

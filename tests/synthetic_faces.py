@@ -13,10 +13,8 @@ from eyelids_of_faces import rims
 from real_faces import built_in
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyeball import Eyeball
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.mouth import Mouth
-from facewrinkle.geometry.topology import ring_triangles
 
 BACK_EDGE = (1.03, 0.7)
 """The ring of the back edges of lids: its size relative to the rim, their front edge, and how far behind it, mm."""
@@ -80,7 +78,7 @@ def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
         for loop, rings, closed in MAKERS[kind](face):
             n, first = len(loop), len(points)
             number = np.concatenate([loop, np.arange(first, first + n * len(rings) + closed)])
-            added = ring_triangles(n, len(rings) + 1, last=n * (len(rings) + 1) if closed else None)
+            added = fw.geometry.ring_triangles(n, len(rings) + 1, last=n * (len(rings) + 1) if closed else None)
             triangles = np.vstack([triangles, number[added[:, [0, 2, 1]]]])
             points = np.vstack([points, *rings, *([rings[-1].mean(axis=0)[None]] if closed else [])])
     return points, triangles.astype(np.int32)
@@ -136,7 +134,7 @@ def _behind(face: Face, rim: np.ndarray, *rings: tuple[float, float]) -> list[np
     return [places.mean(axis=0) + share * (places - places.mean(axis=0)) + mm * back for share, mm in rings]
 
 
-def _eye_of(face: Face, rim: np.ndarray) -> Eyeball:
+def _eye_of(face: Face, rim: np.ndarray) -> fw.anatomy.Eyeball:
     return min(face.eyes, key=lambda eye: float(np.linalg.norm(face.points[rim].mean(axis=0) - eye.centre)))
 
 

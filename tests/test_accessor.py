@@ -145,10 +145,9 @@ def test_a_tear_is_that_of_the_class(round_ball, fingerprint):
 
 
 def test_units_scale_a_tear(round_ball):
-    meters = round_ball.scale(0.001)
     water, other = (
         mesh.facewrinkle.tear(on_ball((0.6, 1.0), (1.5, 1.0)) * scale, units=units, width=4.0)
-        for mesh, scale, units in ((round_ball, 1.0, "mm"), (meters, 0.001, 1000.0))
+        for mesh, scale, units in ((round_ball, 1.0, "mm"), (round_ball.scale(0.001), 0.001, 1000.0))
     )
     assert other.volume * 1e9 == pytest.approx(water.volume, rel=0.01)
 

@@ -255,8 +255,7 @@ def test_errors_of_our_own_are_one_line(monkeypatch, run):
 
 def test_faces_have_folders_of_their_own():
     mine, hers = FaceOptions(face=Path("scans/anna.obj")), FaceOptions(identity="jaw=0.5, age=1")
-    folders = [OutputOptions().folder("happiness", source.label) for source in (FaceOptions(), mine, hers)]
-    assert folders == [
+    assert [OutputOptions().folder("happiness", source.label) for source in (FaceOptions(), mine, hers)] == [
         Path("output/happiness"),
         Path("output/anna/happiness"),
         Path("output/jaw=0.5_age=1/happiness"),

@@ -7,7 +7,6 @@ from real_faces import FACES
 import facewrinkle as fw
 from analysis.emotions import EMOTIONS, captured_emotion, emotion_agreements
 from analysis.motion import FOLDS, OTHERS, PAIRS, agreements, compared, fold_angles, read_shapes, report
-from facewrinkle.geometry.normals import vertex_normals
 
 pytestmark = pytest.mark.slow
 
@@ -95,7 +94,7 @@ def test_cheeks_bulge_as_they_did(captured):
     """Outwards, where the flesh that a muscle raises is bunched up: on the cheek bone, and half way to the mouth."""
     face, shapes = captured
     pairs = [("zygomaticus_major_l", "mouthSmile_L"), ("orbicularis_oculi_orbital_l", "cheekSquint_L")]
-    normals, cheek = vertex_normals(face.points, face.triangles), face.landmarks["malar_l"]
+    normals, cheek = fw.geometry.vertex_normals(face.points, face.triangles), face.landmarks["malar_l"]
     for row, ours in agreements(face, shapes, pairs):
         for place in (cheek, 0.5 * (cheek + face.landmarks["mouth_l"])):
             near = np.linalg.norm(face.points - place, axis=1) * face.unit < 8.0

@@ -22,7 +22,6 @@ from skins import settled
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import atlas_text, load_atlas, read_atlas, split_names, write_atlas
-from facewrinkle.anatomy.landmarks import frame_of, mirrored_name
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError, UnknownNameError
 
 PAIRS = [
@@ -263,8 +262,8 @@ def ends(muscle):
 
 def test_muscles_of_mirrored_landmarks_are_mirrored(face):
     mirror = np.diag([-1.0, 1.0, 1.0])
-    landmarks = {mirrored_name(name): mirror @ point for name, point in face.landmarks.items()}
-    placed = load_atlas().place(landmarks, frame_of(landmarks))
+    landmarks = {fw.anatomy.mirrored_name(name): mirror @ point for name, point in face.landmarks.items()}
+    placed = load_atlas().place(landmarks, fw.anatomy.frame_of(landmarks))
     for name, muscle in face.muscles.items():
         other = placed[name[:-1] + {"_l": "r", "_r": "l"}[name[-2:]] if name[-2:] in ("_l", "_r") else name]
         np.testing.assert_allclose(ends(other), ends(muscle) @ mirror, atol=1e-11)
@@ -288,7 +287,7 @@ def test_the_mouth_folds_alike_on_both_sides(face):
 def test_placing_moves_with_the_landmarks(face, scale):
     turn, shift = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix(), scale * np.array([300.0, -50.0, 8.0])
     landmarks = {name: scale * turn @ point + shift for name, point in face.landmarks.items()}
-    frame = frame_of(landmarks)
+    frame = fw.anatomy.frame_of(landmarks)
     placed = load_atlas().place(landmarks, frame)
     for name, muscle in face.muscles.items():
         moved, pattern = placed[name], muscle.fold_pattern

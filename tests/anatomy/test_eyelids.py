@@ -11,7 +11,6 @@ from synthetic_faces import BACK_EDGE, BALL, head_with, head_with_balls, ring
 import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import EYE_DEPTH, EYE_WIDTH, LINING_DEPTH, eyelid_opening, place_eyeballs
 from facewrinkle.anatomy.eyelids import OVERLAP, lid_weights
-from facewrinkle.geometry.topology import boundary_loops, unique_edges
 from facewrinkle.layers.wave_folds.tissue import GAP, ROLLING, firmness
 from facewrinkle.rigging.shapes import shapes_of
 from tests.synthetic_faces import skin_with
@@ -129,7 +128,7 @@ def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
     closing = [name for name in statue.muscles if name.startswith("orbicularis_oculi_") and len(name) == 19]
     assert len(closing) == 2
     moved = statue.points + held(fw.Skin(statue), dict.fromkeys(closing, 1.0), 20)
-    edges, _ = unique_edges(statue.triangles)
+    edges, _ = fw.geometry.unique_edges(statue.triangles)
     near = np.zeros(len(statue.points), bool)
     for eye in statue.eyes:
         near |= np.linalg.norm(statue.points - eye.centre, axis=1) < 1.2 * eye.radius
@@ -160,7 +159,7 @@ def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
 
 def test_lids_before_a_socket_are_those_before_a_hole(face):
     points, triangles = filled(face, (1.6, 2.0), (1.8, 8.0), (0.9, 16.0))
-    loops = boundary_loops(triangles)
+    loops = fw.geometry.boundary_loops(triangles)
     eyes = place_eyeballs(face.landmarks, face.frame, points, triangles, loops)
     for eye, other in zip(face.eyes, eyes, strict=True):
         assert other.radius == pytest.approx(eye.radius, rel=0.03)

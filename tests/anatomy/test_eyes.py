@@ -7,12 +7,10 @@ from eyelids_of_faces import ball_of, filled, margins_of
 from synthetic_faces import head_with, ring, skin_with
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyeball import gaze_of
+from facewrinkle.anatomy import EyeMuscle, LidMuscle, gaze_of
 from facewrinkle.anatomy.eyelid_opening import place_eyeballs
-from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.appearance.hair import Lashes
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry.topology import boundary_loops
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (1.0, 0.5, 2.0)])
@@ -49,7 +47,7 @@ def test_an_eye_with_no_skin_before_it_stays(face):
     low = face.points[:, 1] < face.landmarks["nose_tip"][1]
     used, numbers = np.unique(face.triangles[low[face.triangles].all(axis=1)], return_inverse=True)
     mask = face.points[used], numbers.reshape(-1, 3)
-    for eye in place_eyeballs(face.landmarks, face.frame, *mask, boundary_loops(mask[1])):
+    for eye in place_eyeballs(face.landmarks, face.frame, *mask, fw.geometry.boundary_loops(mask[1])):
         np.testing.assert_array_equal(eye.centre, face.landmarks[f"eye_{eye.side}_centre"])
 
 
@@ -60,7 +58,7 @@ def test_balls_lie_behind_lids_that_are_shut(face, shift):
     for side in "lr":
         marks[f"eye_{side}_centre"] = marks[f"eye_{side}_centre"] + shift * face.frame.axes[2]
     points, triangles = skin_with("shut")
-    for eye in place_eyeballs(marks, face.frame, points, triangles, boundary_loops(triangles)):
+    for eye in place_eyeballs(marks, face.frame, points, triangles, fw.geometry.boundary_loops(triangles)):
         offset = points - eye.centre
         assert np.linalg.norm(offset[offset @ eye.gaze > 0.0], axis=1).min() > eye.radius
         assert eye.centre == pytest.approx(face.landmarks[f"eye_{eye.side}_centre"], abs=1.5)

@@ -21,11 +21,9 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import per_face
-from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from facewrinkle.anatomy.skull import jaw_weights
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.errors import LandmarkError, MeshError, ParameterError
-from facewrinkle.geometry.normals import vertex_normals
 
 # --- the whole ----------------------------------------------------------------------------------
 
@@ -100,7 +98,7 @@ def test_muscles_lie_where_anatomy_has_them(any_face):
 )
 def test_eyeballs(any_face):
     assert [eye.side for eye in any_face.eyes] == ["l", "r"]
-    adult = 12.0 * any_face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    adult = 12.0 * any_face.frame.pupil_distance / fw.anatomy.MEAN_PUPIL_DISTANCE
     for eye, sign in zip(any_face.eyes, (1.0, -1.0), strict=True):
         assert 0.7 * adult < eye.radius < 1.1 * adult
         assert any_face.frame.local(eye.centre)[0] * sign == pytest.approx(0.5, abs=0.03)
@@ -125,7 +123,7 @@ def test_the_jaw_takes_the_chin_along_and_leaves_the_nose(face):
 def test_a_lower_lip_that_lies_high_goes_with_the_jaw(face):
     """The middle of the mouth is 6 mm higher than its corners: the lower lip is still the lower one."""
     points = face.points.copy()
-    away = np.linalg.norm(points - lips_middle(face.landmarks), axis=1)
+    away = np.linalg.norm(points - fw.anatomy.lips_middle(face.landmarks), axis=1)
     points += 6.0 * np.exp(-((away / 12.0) ** 2))[:, None] * face.frame.axes[1]
     shares = []
     for places in (face.points, points):
@@ -166,7 +164,9 @@ def test_the_skull_lies_below_the_skin(any_face):
     depth = tissue.depth * unit
     assert 3.0 < depth.min() < depth.max() < 20.0
     np.testing.assert_allclose(np.linalg.norm(tissue.normals, axis=1), 1.0, atol=1e-12)
-    assert np.median((vertex_normals(any_face.points, any_face.triangles) * tissue.normals).sum(axis=1)) > 0.97
+    assert (
+        np.median((fw.geometry.vertex_normals(any_face.points, any_face.triangles) * tissue.normals).sum(axis=1)) > 0.97
+    )
     assert (tissue.stiffness > 0.0).all()
     forehead = np.argmin(np.linalg.norm(any_face.points - any_face.landmarks["forehead_mid"], axis=1))
     assert above[forehead] * unit == pytest.approx(5.0, abs=1.6)

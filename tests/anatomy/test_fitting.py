@@ -25,7 +25,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
-from facewrinkle.geometry.topology import boundary_loops
 
 TURN = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
 
@@ -221,7 +220,7 @@ def test_landmarks_are_measured_to_the_surface_not_to_its_vertices(face):
     holed = face.triangles[far[face.triangles].all(axis=1)]
     used, holed = np.unique(holed, return_inverse=True)
     points, holed = face.points[used], holed.reshape(-1, 3).astype(np.int32)
-    rim = min(boundary_loops(holed), key=lambda loop: np.linalg.norm(points[loop].mean(axis=0) - place))
+    rim = min(fw.geometry.boundary_loops(holed), key=lambda loop: np.linalg.norm(points[loop].mean(axis=0) - place))
     fan = [[rim[0], b, a] for a, b in pairwise(rim[1:])]
     mesh = fw.mesh.to_polydata(points, np.concatenate([holed, fan]))
     coarse = dataclasses.replace(face, mesh=mesh)

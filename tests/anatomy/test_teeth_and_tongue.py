@@ -9,11 +9,8 @@ from scipy.spatial.transform import Rotation
 from small_meshes import enclosed_volume
 
 import facewrinkle as fw
-from facewrinkle.anatomy.landmarks import frame_of, lips_middle
 from facewrinkle.anatomy.teeth import BELOW_LIPS, CROWN_WIDTHS, GUM, OVERBITE, OVERJET, Arch, teeth_of
 from facewrinkle.anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
-from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.topology import boundary_loops, components
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +20,12 @@ def arches(face: fw.Face) -> tuple[Arch, Arch]:
 
 def local(face: fw.Face, points: np.ndarray) -> np.ndarray:
     """Left, up, forward from the middle of the lips."""
-    return (points - lips_middle(face.landmarks)) @ face.frame.axes.T
+    return (points - fw.anatomy.lips_middle(face.landmarks)) @ face.frame.axes.T
 
 
 def crowns(arch: Arch) -> list[np.ndarray]:
     """Triangles of the closed parts."""
-    regions = components(arch.triangles)
+    regions = fw.geometry.components(arch.triangles)
     return sorted([arch.triangles[regions == region] for region in np.unique(regions)], key=len)[:-1]
 
 
@@ -38,7 +35,7 @@ def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
         parts = crowns(arch)
         assert len(parts) == 2 * len(CROWN_WIDTHS[arch.jaw])
         for triangles in parts:
-            (rim,) = boundary_loops(triangles)
+            (rim,) = fw.geometry.boundary_loops(triangles)
             root = arch.points[rim].mean(axis=0)
             assert 100.0 < enclosed_volume(arch.points - root, triangles) < 1000.0
 
@@ -69,7 +66,10 @@ def test_gums_face_the_lips(face, arches):
     """In the middle, where light falls on them from ahead."""
     for arch in arches:
         gum = (arch.paint == np.rint(GUM)).all(axis=1)
-        points, normals = local(face, arch.points), vertex_normals(arch.points, arch.triangles) @ face.frame.axes.T
+        points, normals = (
+            local(face, arch.points),
+            fw.geometry.vertex_normals(arch.points, arch.triangles) @ face.frame.axes.T,
+        )
         ahead = gum & (np.abs(points[:, 0]) < 5.0) & (points[:, 2] > points[gum, 2].max() - 1.5)
         assert ahead.sum() > 5
         assert np.median(normals[ahead, 2]) > 0.9
@@ -106,7 +106,7 @@ def test_closed_lips_cover_them(face, arches):
 def test_teeth_go_with_the_face(face, arches):
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     moved = {name: 0.1 * turn @ point + [3.0, -2.0, 5.0] for name, point in face.landmarks.items()}
-    for arch, other in zip(arches, teeth_of(moved, frame_of(moved)), strict=True):
+    for arch, other in zip(arches, teeth_of(moved, fw.anatomy.frame_of(moved)), strict=True):
         np.testing.assert_allclose(other.points, 0.1 * arch.points @ turn.T + [3.0, -2.0, 5.0], atol=1e-9)
         assert (other.triangles == arch.triangles).all()
 

@@ -13,7 +13,6 @@ from command_files import movie_frames, picture_shape, read_series
 from PIL import Image
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
 from facewrinkle.commands import express as command
@@ -102,7 +101,7 @@ def test_express_on_another_mesh(tmp_path, run):
 
 @pytest.mark.slow
 def test_long_mixtures_have_short_file_names(tmp_path):
-    name = ",".join(load_atlas().muscles)
+    name = ",".join(fw.anatomy.load_atlas().muscles)
     assert len(name) > 255
     few = ["--frames", "1", "--size", "40", "--max-level", "1", "--depth", "0.1", "--no-movie"]
     assert main(["express", name, *few, "--out", str(tmp_path)]) == 0

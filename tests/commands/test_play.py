@@ -10,7 +10,6 @@ from glb_files import GltfFile
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
-from facewrinkle.geometry.normals import vertex_areas
 
 SMALL = ["--size", "64", "--max-level", "1"]
 
@@ -39,7 +38,9 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
     assert "no wrinkles" not in told
     steps = read_series(tmp_path / "brows.vtkhdf")[1]
     assert len(steps) == 10
-    depth = [np.average(mesh["W"] ** 2, weights=vertex_areas(mesh.points, mesh.regular_faces)) for mesh in steps]
+    depth = [
+        np.average(mesh["W"] ** 2, weights=fw.geometry.vertex_areas(mesh.points, mesh.regular_faces)) for mesh in steps
+    ]
     numbers = [step + int(np.argmax(depth[step : step + 5])) for step in (0, 5)]
     deepest = [f"{0.04 * (1 + k):.2f} s ({-steps[k]['W'].min():.2f} mm)" for k in numbers]
     names = {f"brows_{0.04 * (1 + k):.2f}s.png" for k in numbers}

@@ -12,7 +12,6 @@ import facewrinkle as fw
 from facewrinkle.commands import recorder
 from facewrinkle.commands.options import OutputOptions, Report
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
-from facewrinkle.mesh.arrays import GAZE
 from facewrinkle.plotting.views import height_of
 
 
@@ -87,7 +86,7 @@ def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
         return other
 
     turned = moved(0.0)
-    gaze = next(name for name in frame.field_data if name.startswith(GAZE))
+    gaze = next(name for name in frame.field_data if name.startswith(fw.mesh.GAZE))
     turned.field_data[gaze] = -np.asarray(frame.field_data[gaze])
     split = moved(0.0)
     split.regular_faces = np.roll(frame.regular_faces, 1, axis=0)

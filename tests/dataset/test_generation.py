@@ -279,8 +279,7 @@ def test_more_processes_than_shards_are_told(small, tmp_path, remembered):
 
 @pytest.mark.parametrize(("count", "size"), [(1, 1), (10, 3), (9, 3)])
 def test_shards_cover_all_samples_once(count, size):
-    covered = [k for shard in shards_of(count, size) for k in range(shard.first, shard.last)]
-    assert covered == list(range(count))
+    assert [k for shard in shards_of(count, size) for k in range(shard.first, shard.last)] == list(range(count))
 
 
 READING = """

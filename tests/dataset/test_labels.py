@@ -28,11 +28,8 @@ from facewrinkle.dataset.labels import (
 )
 from facewrinkle.dataset.plan import plan_of
 from facewrinkle.dataset.sample import fault_of
-from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.surroundings import place
 from facewrinkle.dataset.visible import Camera, TriangleBuffer
-from facewrinkle.plotting.scene import Scene
-from facewrinkle.plotting.views import Style
 
 SIZE = (160, 120)
 
@@ -44,8 +41,8 @@ def frame(face):
 
 def labeled(face, frame, tears=(), **camera):
     camera = {"yaw": 0, "pitch": 0, "roll": 7, "aside": 0, "above": 0, **camera}
-    spec = Spec.of({"size": list(SIZE), "camera": camera})
-    with Scene(face, Style(SIZE)) as scene:
+    spec = fw.dataset.Spec.of({"size": list(SIZE), "camera": camera})
+    with fw.plotting.Scene(face, fw.plotting.Style(SIZE)) as scene:
         place(scene, plan_of(spec, 0), spec)
         camera = scene.plotter.camera.copy()
     return *labels_of(face, Appearance.of(face).at(frame), frame, Camera.of(camera, SIZE), tears), camera

@@ -13,7 +13,6 @@ from glb_files import read_glb
 from real_faces import built_in
 
 import facewrinkle as fw
-from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import MeshError, OutputError, ParameterError
 from facewrinkle.mesh import corner_texture, split_at_seams, to_polydata
 
@@ -221,7 +220,7 @@ def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
 
 def test_a_photo_that_parts_share_is_in_the_file_once(moment, tmp_path):
     """The skin, eyes and teeth of many scans lie on one photo."""
-    parts = {name: Part(pv.Sphere(radius=1.0), "skull", texture=PHOTO) for name in ("left", "right")}
+    parts = {name: fw.anatomy.Part(pv.Sphere(radius=1.0), "skull", texture=PHOTO) for name in ("left", "right")}
     for part in parts.values():
         part.mesh.texture_map_to_sphere(inplace=True)
     path = fw.write_mesh(moment.frame, tmp_path / "a.gltf", replace(moment.face, parts=parts), parts=True)
@@ -264,8 +263,7 @@ def test_tears_are_in_the_file(moment, tmp_path, fingerprint, ending):
         assert bare == path.read_bytes().replace(b"head_texture", b"bare_texture")
         water = pv.read(tmp_path / "head_tears.ply")
     elif ending == ".obj":
-        names = path.read_text().splitlines()
-        assert [line for line in names if line[:2] in ("g ", "us")] == [
+        assert [line for line in path.read_text().splitlines() if line[:2] in ("g ", "us")] == [
             "g face",
             "usemtl skin",
             "g tears",

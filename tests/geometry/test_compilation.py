@@ -53,9 +53,8 @@ def first_use(cache, around=""):
         " normalize(np.ones((2, 3), np.float32))",
     ]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    code = "\n".join(lines)
     return subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", "\n".join(lines)], env=environment, capture_output=True, text=True, check=True
     ).stderr
 
 

@@ -23,18 +23,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_meshes import square
 
-from facewrinkle.geometry.interpolation import (
+from facewrinkle.geometry import (
     BoxTree,
+    RedGreenForest,
     barycentric,
     closest_point,
     height_above,
     interpolated,
     nearest_values,
     refined_values,
+    split_vertices,
     surface_samples,
 )
-from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.topology import split_vertices
 
 
 @pytest.fixture(scope="module")

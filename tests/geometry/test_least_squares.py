@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.errors import FaceWrinkleWarning, FitWarning
-from facewrinkle.geometry import least_squares
-from facewrinkle.geometry.least_squares import closest_rotations, monomials, moving_least_squares, rigid_motion
+from facewrinkle.geometry import closest_rotations, least_squares, rigid_motion
+from facewrinkle.geometry.least_squares import monomials, moving_least_squares
 
 
 def cloud(n, d, seed=0):

@@ -11,9 +11,15 @@ import pytest
 import pyvista as pv
 from small_meshes import arrays
 
-from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian, neighbor_mean
-from facewrinkle.geometry.normals import detail_normals, vertex_areas, vertex_normals
-from facewrinkle.geometry.topology import unique_edges
+from facewrinkle.geometry import (
+    cotangent_laplacian,
+    detail_normals,
+    graph_laplacian,
+    neighbor_mean,
+    unique_edges,
+    vertex_areas,
+    vertex_normals,
+)
 
 
 def plain_sums(points, triangles):

@@ -18,10 +18,7 @@ from hypothesis import strategies as st
 from small_meshes import delaunay, smallest_angles, square
 
 from facewrinkle.errors import MeshError, ParameterError
-from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.topology import (
-    unique_edges,
-)
+from facewrinkle.geometry import RedGreenForest, unique_edges
 
 # --- meshes and markings --------------------------------------------------------------------------
 
@@ -357,7 +354,8 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     points0, base = mesh
     forest = after(RedGreenForest(base, n_points=len(points0)), steps)
     first, corners = forest.triangles, forest.corners
-    assert take_back_all(forest) == forest.level.max()
+    deepest = forest.level.max()
+    assert take_back_all(forest) == deepest
     assert (forest.triangles == base).all()
     assert forest.n_points == len(points0)
     assert (forest.weights.toarray() == np.eye(len(points0))).all()

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from small_meshes import area_vectors, arrays, signed_areas
 
-from facewrinkle.geometry.normals import unit
-from facewrinkle.geometry.topology import vertex_rings
+from facewrinkle.geometry import unit, vertex_rings
 from facewrinkle.geometry.untangling import LEAST, LEFT, Untangling, unfolded_shares
 from tools.trials.orientation import Normals, Orientation
 
@@ -193,9 +192,8 @@ def test_the_order_of_triangles_and_vertices_does_not_matter(hollow):
     points, triangles, directions = hollow
     rng = np.random.default_rng(1)
     heights, order = rng.normal(0.0, 3.0, len(points)), rng.permutation(len(points))
-    place = np.argsort(order)
     shares = unfolded_shares(points, heights, directions, triangles)
-    other = place[triangles][rng.permutation(len(triangles))].astype(np.int32)
+    other = np.argsort(order)[triangles][rng.permutation(len(triangles))].astype(np.int32)
     assert shares.min() < 1.0
     found = unfolded_shares(points[order], heights[order], directions[order], other)
     np.testing.assert_allclose(found, shares[order], atol=1e-12)

@@ -23,10 +23,7 @@ from scipy.spatial.transform import Rotation
 from small_meshes import square
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import zones
-from facewrinkle.geometry.equations import EdgeWeights
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import (
     FULL,
     SLACK,
@@ -51,8 +48,8 @@ def gradient_compression(points, triangles, deformed, directions):
 
 
 def edges_compression(points, triangles, deformed, directions):
-    rings = vertex_rings(triangles, len(points))
-    return EdgeWeights(points, rings, np.arange(len(points))).epsilon(deformed, directions)
+    rings = fw.geometry.vertex_rings(triangles, len(points))
+    return fw.geometry.EdgeWeights(points, rings, np.arange(len(points))).epsilon(deformed, directions)
 
 
 METHODS = {"gradient": gradient_compression, "edges": edges_compression}
@@ -223,7 +220,7 @@ def activation(face):
 def activation_of(face, muscles):
     """A function of positions of the base mesh."""
     field = StrainField(face.points, face.triangles)
-    found = Activation(face, muscles, zones(muscles, face.points, face.triangles), field)
+    found = Activation(face, muscles, fw.anatomy.zones(muscles, face.points, face.triangles), field)
     return lambda positions: found.at(field.strain(positions))
 
 

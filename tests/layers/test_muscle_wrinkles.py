@@ -22,7 +22,6 @@ from hypothesis import strategies as st
 from synthetic_faces import head_with
 
 import facewrinkle as fw
-from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.entries import LEVELLED, RAISED, STEPS, level_shares
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles, outer_skin
@@ -62,7 +61,7 @@ def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(papers, played, name):
         own_of[muscle] = depth * unit, epsilon
         deep = depth * 2.0**pattern.wrinkles.alpha * pattern.envelope(x) * seen
         some = deep > 0.0
-        asked[some] += deep[some] / deepest(2.0 * pattern.half_cycles(x[some]), epsilon[some])
+        asked[some] += deep[some] / fw.geometry.deepest(2.0 * pattern.half_cycles(x[some]), epsilon[some])
     for muscle, (wanted, epsilon) in own_of.items():
         own = wanted / np.maximum(asked, 1.0)
         fields = play.held.fields[muscle]
@@ -89,7 +88,7 @@ def deepest_share(sim, frame):
             wavelength, offset = 2.0 * pattern.half_cycles(here)[0], rest - here
             along = np.abs(offset @ pattern.fold_direction(here)[0])
             near = (np.linalg.norm(offset, axis=1) < 0.55 * wavelength) & (along < 0.5 * wavelength)
-            bound = deepest(2.0 * pattern.half_cycles(rest[near]).max(), fields["epsilon"][near].max())
+            bound = fw.geometry.deepest(2.0 * pattern.half_cycles(rest[near]).max(), fields["epsilon"][near].max())
             shares.append(np.ptp(fields["W"][near]) / bound)
     return max(shares), len(shares)
 

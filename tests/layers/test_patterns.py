@@ -98,11 +98,11 @@ def test_frown_variants():
         p.frown([1.0, 1.0], [-0.75, 0.0], 0.75, 1.0, 2.0, "fan")
 
 
-def test_depth_of_a_dimple_is_its_strength():
+@pytest.mark.parametrize("strength", [0.1, 0.5, 1.0])
+def test_depth_of_a_dimple_is_its_strength(strength):
     full = p.dimple(1.0, 0.0, 0.03) - p.dimple(0.0, 0.0, 0.03)
-    for strength in (0.1, 0.5, 1.0):
-        t = p.dimple_time(strength, 0.03)
-        assert p.dimple(1.0, 0.0, t) - p.dimple(0.0, 0.0, t) == pytest.approx(strength * full, abs=1e-13)
+    t = p.dimple_time(strength, 0.03)
+    assert p.dimple(1.0, 0.0, t) - p.dimple(0.0, 0.0, t) == pytest.approx(strength * full, abs=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,6 @@ from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas, printed_atlas
-from facewrinkle.geometry.interpolation import interpolated
-from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.compression import StrainField, compression_along
 from facewrinkle.layers.muscle_wrinkles import outer_skin
@@ -89,7 +85,7 @@ def contraction(muscle, x):
 def test_heights_are_those_of_the_formulas(printed, expression):
     sim = fw.Simulation(printed, UNREFINED, layers=[fw.PrintedWrinkles()])
     frame = after(sim, expression, 8)
-    rest, rings = printed.points, vertex_rings(printed.triangles, len(printed.points))
+    rest, rings = printed.points, fw.geometry.vertex_rings(printed.triangles, len(printed.points))
     moved, expected = sim.skin.points + sim.skin.displacement, np.zeros(len(rest))
     for name, rate in zip(sim.muscles, sim.motion.rates, strict=True):
         muscle = printed.muscles[name]
@@ -218,16 +214,18 @@ def folded_share(face, name, finest):
     """
     muscle = face.muscles[name].fold_pattern
     at = finest.corners, finest.barycentric
-    where = muscle.wrinkling_region(finest.points) & (interpolated(outer_skin(face)[:, None], *at)[:, 0] > 0.5)
+    where = muscle.wrinkling_region(finest.points) & (
+        fw.geometry.interpolated(outer_skin(face)[:, None], *at)[:, 0] > 0.5
+    )
     if not isinstance(muscle, fw.SphincterMuscle):  # whose other coordinate goes along the furrows
         where &= muscle.coordinates(finest.points)[1] <= 0.5
     sim = fw.Simulation(face, UNREFINED, layers=[])
     sim.contract({name: 1.0})
     sim.settle()
     field = StrainField.of(face)
-    strain = interpolated(field.strain(sim.skin.points + sim.skin.displacement), *at)
+    strain = fw.geometry.interpolated(field.strain(sim.skin.points + sim.skin.displacement), *at)
     directions = muscle.fold_direction(finest.points)
-    epsilon = compression_along(strain, interpolated(field.metric, *at), finest.normals, directions)
+    epsilon = compression_along(strain, fw.geometry.interpolated(field.metric, *at), finest.normals, directions)
     start = muscle.inner if isinstance(muscle, fw.SphincterMuscle) else muscle.wrinkles.start
     place = (muscle.coordinates(finest.points)[0][where & (epsilon > 0.0)] - start) / (1.0 - start)
     return len(np.unique(np.clip((20 * place).astype(int), 0, 19))) / 20
@@ -240,10 +238,10 @@ def test_half_of_each_wrinkling_region_has_skin_that_its_muscle_compresses(face,
     fold, too; nor muscles of the jaw, the eyes and the tongue, which fold nothing. A side stands for both.
     """
     face = face.with_atlas(printed_atlas()) if kind == "printed" else face
-    forest = RedGreenForest(face.triangles, 2, len(face.points))
+    forest = fw.geometry.RedGreenForest(face.triangles, 2, len(face.points))
     for _ in range(2):
         forest.adapt(np.ones(len(forest.nodes), bool))
-    finest = SurfacePoints.of_forest(forest, face.points, vertex_normals(face.points, face.triangles))
+    finest = SurfacePoints.of_forest(forest, face.points, fw.geometry.vertex_normals(face.points, face.triangles))
     folding = (fw.LinearMuscle, fw.SheetMuscle, fw.SphincterMuscle)
     found = {
         name: folded_share(face, name, finest)

@@ -41,8 +41,7 @@ from scipy.ndimage import gaussian_filter
 from studio_pages import document, head_files, port, until
 
 from facewrinkle import default_face
-from facewrinkle.anatomy.identity import Identity
-from facewrinkle.anatomy.parts import Part
+from facewrinkle.anatomy import Identity, Part
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
 from facewrinkle.geometry import Lamp, unit
 from facewrinkle.live import Studio

@@ -22,7 +22,6 @@ import pyvista as pv
 from studio_pages import until
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.files import inputs_kept
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
@@ -33,7 +32,7 @@ from facewrinkle.session.session import START
 
 def begun(folder, complain=lambda text: None):
     """What a studio begins with: a document in which nothing is set, and the session of the folder."""
-    document = Document(load_atlas())
+    document = Document(fw.anatomy.load_atlas())
     library = Library(fw.Face.without_anatomy(pv.Plane().triangulate(), 1.0))
     return document, Kept(folder, document, library, complain)
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.geometry.interpolation import closest
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
 from facewrinkle.live.stage import Stage
@@ -188,6 +187,6 @@ def test_after_random_changes_the_face_is_that_of_the_document(face):
             assert len(now.tears) <= len(session.tears)
             for entry in session.tears.values():
                 place = np.array(point_of(entry.start, stage.face))
-                assert closest(stage.face.points, stage.face.triangles, place)[2] < 10.0
+                assert fw.geometry.closest(stage.face.points, stage.face.triangles, place)[2] < 10.0
     assert told
     assert not any("internal" in sentence for sentence in told)

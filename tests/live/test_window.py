@@ -43,7 +43,6 @@ from facewrinkle.live import saving
 from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_effect
 from facewrinkle.live.document import Document
 from facewrinkle.live.saving import atlas_with, environment
-from facewrinkle.live.window import Studio
 from facewrinkle.session.player import Player, layers_of
 from facewrinkle.session.session import START
 
@@ -331,7 +330,7 @@ def test_a_slow_machine_plays_in_real_time(studio, monkeypatch):
 
 
 def test_a_session_that_could_not_be_saved_is_saved_at_the_end(face, tmp_path, monkeypatch, capsys):
-    with Studio(face, browser=False, save_to=tmp_path) as studio:
+    with fw.live.Studio(face, browser=False, save_to=tmp_path) as studio:
         with page(studio) as seen, monkeypatch.context() as disk:
             disk.setattr(saving, "write_whole", Mock(side_effect=OutputError("no space left.")))
             seen.change("intensity", 0.3)

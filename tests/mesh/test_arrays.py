@@ -18,9 +18,21 @@ from scipy.spatial.transform import Rotation
 from small_meshes import cap
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyeball import gaze_of
-from facewrinkle.mesh import ARRAYS, Piece, Surface, prepare, refine, surface_in, to_polydata
-from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE, UNIT, FrameState, joined
+from facewrinkle.mesh import (
+    ARRAYS,
+    GAZE,
+    OF_PART,
+    POSE,
+    UNIT,
+    FrameState,
+    Piece,
+    Surface,
+    joined,
+    prepare,
+    refine,
+    surface_in,
+    to_polydata,
+)
 from facewrinkle.mesh.surface import PIECES
 
 
@@ -148,7 +160,7 @@ def test_frames_of_a_simulation_say_where_the_eyes_look(face):
     state = face.state_of(last)
     np.testing.assert_array_equal(state.points, last.points[: len(face.points)])
     for eye in face.eyes:
-        np.testing.assert_allclose(state.gazes[eye.side], eye.turned(*gaze_of(eye, yaw=25.0)), atol=1e-12)
+        np.testing.assert_allclose(state.gazes[eye.side], eye.turned(*fw.anatomy.gaze_of(eye, yaw=25.0)), atol=1e-12)
 
 
 def test_a_mesh_with_fewer_points_is_no_frame():

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from small_meshes import arrays, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning
-from facewrinkle.geometry import topology
-from facewrinkle.geometry.normals import double_areas
+from facewrinkle.geometry import double_areas, topology
 from facewrinkle.mesh import Surface, prepare
 from facewrinkle.mesh.repair import (
     RepairedMesh,

@@ -23,8 +23,6 @@ from skins import assert_gradient, held
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
-from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
 from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, squeezed
@@ -72,7 +70,7 @@ def smooth(points, rng, size, wave=25.0):
 
 def pressed_in(face, rng, depth=1.5):
     """Displacements that push lips and lids into each other, and skin back on teeth and eyes; rough by a little."""
-    local = (face.points - lips_middle(face.landmarks)) @ face.frame.axes.T
+    local = (face.points - fw.anatomy.lips_middle(face.landmarks)) @ face.frame.axes.T
     close = np.exp(-((local / [30.0, 12.0, 25.0]) ** 2).sum(axis=1))
     u = np.outer(-np.tanh(local[:, 1] / 2.0) * close * depth, face.frame.axes[1])
     u += smooth(face.points, rng, 2.0) - 1.0 * face.frame.axes[2]
@@ -218,7 +216,7 @@ def test_long_edges_are_sampled_in_the_middle(face):
 
 def test_the_wall_of_the_teeth_is_their_outer_border(face, skin):
     """The arch that is drawn lies within the wall, but for the bulge of its crowns."""
-    upper, _ = teeth_of(face.landmarks, face.frame)
+    upper, _ = fw.anatomy.teeth_of(face.landmarks, face.frame)
     solids, arch = skin.contacts.solids, len(face.eyes)
     radius = np.hypot(*(((upper.points - solids.origins[arch]) @ solids.axes[arch, :2].T) / solids.halves[arch]).T)
     assert 0.95 < radius.max() < 1.05

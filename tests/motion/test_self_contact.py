@@ -16,7 +16,6 @@ from skins import held, settled
 from synthetic_faces import half_sewn
 
 import facewrinkle as fw
-from facewrinkle.geometry.interpolation import closest
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.self_contact import CLOSE_BY, THINNEST, around_mouth, behind_lips, closing_forces, squeezed
 from facewrinkle.motion.solids import met_solids
@@ -27,7 +26,7 @@ from tools.trials.sequences import sequence
 def reached(triangles, place, direction):
     """The triangle that is the nearest on a line through a place or beside it, the place there, and how far beside."""
     flat = squeezed(triangles.reshape(-1, 3), direction)
-    return closest(flat, np.arange(len(flat)).reshape(-1, 3), squeezed(place[None], direction)[0])
+    return fw.geometry.closest(flat, np.arange(len(flat)).reshape(-1, 3), squeezed(place[None], direction)[0])
 
 
 def hits(triangles, place, direction):

@@ -22,7 +22,6 @@ from scipy.spatial import cKDTree
 from skins import assert_gradient, held
 
 import facewrinkle as fw
-from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.minimizer import Minimizer
 from facewrinkle.motion.skin import Skin, SkinMaterial
@@ -151,8 +150,8 @@ def test_tissue_that_is_squeezed_bulges(face, bulge):
     tissue = dataclasses.replace(face.tissue, bulge=np.full_like(face.tissue.bulge, bulge))
     skin = Skin(dataclasses.replace(face, tissue=tissue), time_step=1.0, material=SkinMaterial(normal_ratio=1e4))
     moved = held(skin, dict.fromkeys(("frontalis_inner_l", "zygomaticus_major_l"), 0.02), 40)
-    rest = vertex_areas(skin.points, face.triangles)
-    lost = 1.0 - vertex_areas(skin.points + moved, face.triangles) / rest
+    rest = fw.geometry.vertex_areas(skin.points, face.triangles)
+    lost = 1.0 - fw.geometry.vertex_areas(skin.points + moved, face.triangles) / rest
     away = [np.linalg.norm(skin.points - face.landmarks[name], axis=1) for name in ("forehead_mid", "malar_l")]
     free = np.minimum(*away) < 18.0
     out = (moved * tissue.normals).sum(axis=1)
@@ -168,7 +167,7 @@ def test_springs_make_a_membrane_of_stiffness_one(face, coarse):
     for f in (face, coarse):
         skin = Skin(f, time_step=1e-6, material=nothing_else)
         skin.displacement = e * skin.points
-        densities.append(skin.energy() / e**2 / vertex_areas(f.points, f.triangles).sum())
+        densities.append(skin.energy() / e**2 / fw.geometry.vertex_areas(f.points, f.triangles).sum())
     # Every triangle's area counts for each of its three edges, and a spring of stiffness A / L^2 stores A e^2 / 2.
     # Of bending, which cannot be 0, a little is left.
     np.testing.assert_allclose(densities, 1.5, rtol=1e-8)

@@ -17,8 +17,6 @@ from scipy.spatial import cKDTree
 from skins import held
 
 import facewrinkle as fw
-from facewrinkle.geometry.interpolation import interpolated
-from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import euler_characteristic, unique_edges
 from facewrinkle.geometry.untangling import LEAST
 from facewrinkle.motion.skin_mesh import SKIN_VERTICES, WORTHWHILE, ReducedFace, SkinMesh
@@ -28,10 +26,10 @@ RMS, MOST = 0.15, 0.5
 
 
 def split(face, level):
-    forest = RedGreenForest(face.triangles, level, len(face.points))
+    forest = fw.geometry.RedGreenForest(face.triangles, level, len(face.points))
     for _ in range(level):
         forest.split(np.ones(len(forest.triangles), bool))
-    points = interpolated(face.points, forest.corners, forest.barycentric)
+    points = fw.geometry.interpolated(face.points, forest.corners, forest.barycentric)
     return fw.fit_face(fw.mesh.to_polydata(points, forest.triangles), face.landmarks, units=face.unit)
 
 

@@ -18,7 +18,6 @@ from scipy.ndimage import distance_transform_edt
 import facewrinkle as fw
 from facewrinkle.appearance.flush import flush
 from facewrinkle.export.model import Model, skin_model
-from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.rigging.maps import Texels, around_head, tangents_of, visible_first
 
@@ -56,11 +55,11 @@ def test_the_normal_map_on_the_smooth_mesh_shows_the_refined_skin(raised):
     base, coarse = model.triangles, model.uv
     tangent, sign = tangents_of(model)
     folded = np.flatnonzero((np.abs(fine["W"][triangles]) > 0.2).all(axis=1))
-    geometric = vertex_normals(np.asarray(fine.points, float), triangles)
+    geometric = fw.geometry.vertex_normals(np.asarray(fine.points, float), triangles)
     off, flat = [], []
     for k in np.random.default_rng(0).choice(folded, 150, replace=False):
         place = chart[k].mean(axis=0)
-        true = unit(geometric[triangles[k]].mean(axis=0))
+        true = fw.geometry.unit(geometric[triangles[k]].mean(axis=0))
         shares = barycentric(coarse[base], place)
         (host, *_) = np.flatnonzero((shares > -1e-9).all(axis=1))
         t, n = (shares[host] @ values[base[host]] for values in (tangent, model.normals))

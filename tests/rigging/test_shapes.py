@@ -7,9 +7,6 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.anatomy.muscles import JawMuscle
-from facewrinkle.anatomy.parts import Part
 from facewrinkle.animation.action_units import named_shapes, units_of
 from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
 
@@ -45,7 +42,7 @@ def test_sets_and_single_shapes_are_joined(face):
 
 def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
     assert not shapes_of("arkit", face)[1]
-    licking = dataclasses.replace(face, parts={"tongue": Part(pv.Sphere(), "mandible")})
+    licking = dataclasses.replace(face, parts={"tongue": fw.anatomy.Part(pv.Sphere(), "mandible")})
     assert shapes_of("arkit", licking)[1] == {"tongueOut": "the tongue that came with the mesh does not move"}
     shapes, left_out = shapes_of("arkit", dataclasses.replace(face, eyes=[]))
     assert {"eyeBlinkLeft", "eyeWideRight"} <= left_out.keys()
@@ -56,8 +53,10 @@ def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
 
 def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
     """A lower lip that hangs by a third of the distance between the pupils, with a gap all along."""
-    local = face.frame.local(face.points) - face.frame.local(lips_middle(face.landmarks))
-    name, jaw = next((name, muscle) for name, muscle in face.muscles.items() if isinstance(muscle, JawMuscle))
+    local = face.frame.local(face.points) - face.frame.local(fw.anatomy.lips_middle(face.landmarks))
+    name, jaw = next(
+        (name, muscle) for name, muscle in face.muscles.items() if isinstance(muscle, fw.anatomy.JawMuscle)
+    )
     weights = face.joint_weights[name]
     hanging = np.zeros(len(face.points))
     hanging[weights.vertices] = weights.angles / jaw.angle

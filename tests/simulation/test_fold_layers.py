@@ -20,7 +20,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import printed_atlas
 from facewrinkle.anatomy.fitting import mean_face
 from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
@@ -46,7 +45,7 @@ def heights(face, **options):
 
 @pytest.fixture(scope="module")
 def printed(face):
-    return face.with_atlas(printed_atlas())
+    return face.with_atlas(fw.anatomy.printed_atlas())
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +72,7 @@ def test_a_change_is_never_lost(face):
         assert mine.muscles["corrugator_l"].same_as(fw.Simulation(mine, folds="paper").face.muscles["corrugator_l"])
         with pytest.raises(ParameterError, match=r"corrugator_l was changed.*face\.with_atlas\(printed_atlas\(\)\)"):
             fw.Simulation(mine, folds="printed")
-    there = changed(face.with_atlas(printed_atlas()), depth=4.0)
+    there = changed(face.with_atlas(fw.anatomy.printed_atlas()), depth=4.0)
     assert fw.Simulation(there, folds="printed").face is there
 
 
@@ -182,7 +181,7 @@ def test_every_face_has_the_lines_of_the_mean_head_unless_its_muscles_are_others
     assert shapes_of(other).face is other
     mine = coarse.with_expressions({"mine": {"AU1": 1.0}})
     assert shapes_of(mine).lines.keys() == shapes_of(head).lines.keys()
-    printed = coarse.with_atlas(printed_atlas())
+    printed = coarse.with_atlas(fw.anatomy.printed_atlas())
     assert shapes_of(printed).face is mean_face(printed.atlas)
     assert fold_shapes(face, fw.Skin(face, material=fw.SkinMaterial(bending=10.0))) is shapes_of(face)
 

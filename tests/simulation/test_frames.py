@@ -16,7 +16,6 @@ import pyvista as pv
 from expressions import PAPER, after
 
 import facewrinkle as fw
-from facewrinkle.geometry.normals import unit, vertex_normals
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -68,7 +67,7 @@ def test_points_are_the_skin_and_w_along_its_normals(face, played, name):
     def interpolated(values):
         return np.einsum("nc,nck->nk", held.barycentric, values[held.corners])
 
-    normals = unit(interpolated(vertex_normals(held.bare, face.triangles)))
+    normals = fw.geometry.unit(interpolated(fw.geometry.vertex_normals(held.bare, face.triangles)))
     np.testing.assert_allclose(
         frame.points, interpolated(held.bare) + frame["W"][:, None] * normals, rtol=0, atol=1e-10
     )

@@ -18,9 +18,6 @@ from small_meshes import area_vectors
 
 import facewrinkle as fw
 from analysis.surfaces import settled, wrinkled_surface
-from facewrinkle.geometry.interpolation import interpolated
-from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.simulation import loop
 from facewrinkle.simulation.refinement import Refinement, mark
@@ -32,7 +29,7 @@ def test_split_gamma_is_eq_19(face, name):
     frame, laid = sim.step(), wrinkled_surface(sim)
     rest, now = laid.rest_normals, laid.folded
     active = np.logical_or.reduce([own.active for own in laid.displacements])
-    edges, _ = unique_edges(frame.regular_faces)
+    edges, _ = fw.geometry.unique_edges(frame.regular_faces)
     edges = edges[active[edges].any(axis=1)]
     i, j = edges.T
     before, after = (rest[i] * rest[j]).sum(1), (now[i] * now[j]).sum(1)
@@ -151,7 +148,7 @@ def test_without_samples_the_papers_criterion_splits_alone():
     points, triangles = np.c_[np.mgrid[:3, :3].reshape(2, -1).T, np.zeros(9)].astype(float), None
     corner = np.array([0, 1, 3, 4])
     triangles = np.r_[np.c_[corner, corner + 3, corner + 4], np.c_[corner, corner + 4, corner + 1]].astype(np.int32)
-    forest = RedGreenForest(triangles, 2, 9)
+    forest = fw.geometry.RedGreenForest(triangles, 2, 9)
     vertices = SurfacePoints.of_forest(forest, points, normals)
     needed = np.full(9, 0.5)
     layer = SimpleNamespace(spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool))
@@ -173,7 +170,7 @@ def test_without_samples_the_papers_criterion_splits_alone():
 def bare_surface(sim):
     """The refined surface (n, 3) as it is without wrinkles, mm."""
     base = sim.skin.points + sim.skin.displacement
-    return interpolated(base, sim.vertices.corners, sim.vertices.barycentric)
+    return fw.geometry.interpolated(base, sim.vertices.corners, sim.vertices.barycentric)
 
 
 def turned(sim, frame):

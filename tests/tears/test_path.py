@@ -23,14 +23,14 @@ def test_water_runs_down_the_meridian_of_a_sphere(sphere, azimuth):
     assert paths.lengths(way)[-1] == pytest.approx(50.0 * (np.pi - 0.3), rel=0.04)
 
 
-def test_descent_stays_on_the_surface_and_ends_with_it(face):
+@pytest.mark.parametrize("side", ["l", "r"])
+def test_descent_stays_on_the_surface_and_ends_with_it(face, side):
     support = support_surface(face)
-    for side in "lr":
-        way = paths.descent(support, support.start(side, 1.0), 0.3, 300.0)
-        _, near = support.nearest(way)
-        assert np.linalg.norm(near - way, axis=1).max() < 1e-9
-        assert (np.diff(way @ support.down) > 0.0).all()
-        assert len(way) * 0.3 < 300.0  # it comes to an end
+    way = paths.descent(support, support.start(side, 1.0), 0.3, 300.0)
+    _, near = support.nearest(way)
+    assert np.linalg.norm(near - way, axis=1).max() < 1e-9
+    assert (np.diff(way @ support.down) > 0.0).all()
+    assert len(way) * 0.3 < 300.0  # it comes to an end
 
 
 def test_path_through_points(face):

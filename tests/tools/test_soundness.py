@@ -16,8 +16,7 @@ from small_meshes import square
 
 from analysis import subjects
 from facewrinkle.anatomy.teeth import teeth_of
-from facewrinkle.geometry.least_squares import closest_rotations
-from facewrinkle.geometry.topology import vertex_rings
+from facewrinkle.geometry import closest_rotations, vertex_rings
 from tools.trials import soundness
 from tools.trials.oracle import Findings, Oracle, off_the_way
 from tools.trials.orientation import Normals, Orientation

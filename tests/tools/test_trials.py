@@ -13,7 +13,6 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.geometry.normals import double_areas
 from tools.trials import runner
 from tools.trials.corpus import clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
 from tools.trials.crossings import AGES, Folded, _near, poses
@@ -93,7 +92,9 @@ def test_the_corpus_is_dirty():
         proper = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
         kinds["not manifold"] += len(fw.geometry.topology.non_manifold_edges(proper)) > 0
         kinds["badly oriented"] += not fw.geometry.topology.is_oriented(proper)
-        kinds["degenerate"] += double_areas(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
+        kinds["degenerate"] += (
+            fw.geometry.double_areas(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
+        )
     assert min(kinds.values()) >= 2, kinds
 
 

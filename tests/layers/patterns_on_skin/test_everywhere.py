@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.patterns_on_skin import presets
 from facewrinkle.layers.patterns_on_skin.presets import names
@@ -41,7 +40,7 @@ def check(face, layers, strength):
         total = total + ours
     np.testing.assert_allclose(frame["W"], total, atol=1e-12)
     moved = np.asarray(frame.points, float)[:n] * face.unit
-    expected = face.points_mm + frame["W"][:n, None] * vertex_normals(face.points, face.triangles)
+    expected = face.points_mm + frame["W"][:n, None] * fw.geometry.vertex_normals(face.points, face.triangles)
     np.testing.assert_allclose(moved, expected, atol=2e-5 * face.unit * np.abs(face.points).max())
     return frame
 
@@ -113,7 +112,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
         epsilon = compression.at(field.strain(np.asarray(skeleton.points, float) * face.unit))
         np.testing.assert_allclose(ours["dimple_l"], laid_out(skin, face, driver(epsilon), 0.0), atol=1e-4)
         points, moved = np.asarray(skeleton.points, float), np.asarray(frame.points, float)
-        normals = vertex_normals(points, face.triangles)
+        normals = fw.geometry.vertex_normals(points, face.triangles)
         height = sum(ours.values())
         np.testing.assert_allclose(frame["W"], height, atol=1e-12)
         np.testing.assert_allclose(moved * face.unit, points * face.unit + height[:, None] * normals, atol=1e-4)

@@ -69,14 +69,14 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
 # --- on a surface -------------------------------------------------------------------------------
 
 
-def test_depth_is_in_mm_whatever_the_unit():
+@pytest.mark.parametrize("unit", [1.0, 10.0])
+def test_depth_is_in_mm_whatever_the_unit(unit):
     center = (2.0, 2.0, 0.0)  # a vertex
-    for unit in (1.0, 10.0):
-        face = fw.surface(pv.Plane(i_size=100 / unit, j_size=100 / unit, i_resolution=50, j_resolution=50), unit)
-        layer = fw.PatternLayer("dimple", np.array(center) / unit, size=20.0 / unit, depth=3.0)
-        frame = played(face, [layer])[1]
-        assert frame["W"].min() == pytest.approx(-3.0, abs=1e-6)
-        assert frame.points[:, 2].min() * unit == pytest.approx(-3.0, abs=1e-6)
+    face = fw.surface(pv.Plane(i_size=100 / unit, j_size=100 / unit, i_resolution=50, j_resolution=50), unit)
+    layer = fw.PatternLayer("dimple", np.array(center) / unit, size=20.0 / unit, depth=3.0)
+    frame = played(face, [layer])[1]
+    assert frame["W"].min() == pytest.approx(-3.0, abs=1e-6)
+    assert frame.points[:, 2].min() * unit == pytest.approx(-3.0, abs=1e-6)
 
 
 def test_nothing_outside_the_region_and_nothing_at_rest(slab, kind):
@@ -128,8 +128,7 @@ def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
 @unrefined
 def test_layers_stack(slab):
     one = fw.PatternLayer("cheek", (0, 0, 0), size=40.0, depth=1.0, name="one")
-    two = fw.PatternLayer("dimple", (5, 0, 0), size=20.0, depth=2.0, name="two")
-    frame = played(slab, [one, two])[1]
+    frame = played(slab, [one, fw.PatternLayer("dimple", (5, 0, 0), size=20.0, depth=2.0, name="two")])[1]
     np.testing.assert_allclose(frame["W"], frame["pattern_one"] + frame["pattern_two"], atol=1e-15)
     both = fw.PatternLayer([Cheek(), Frown()], (0, 0, 0), size=40.0)
     kinds = [fw.PatternLayer(kind, (0, 0, 0), size=40.0) for kind in (Cheek(), Frown())]
@@ -188,8 +187,7 @@ def test_the_skin_below_drives_the_strength(slab, along):
     for share in shares:
         frame = sim.step()
         s = np.clip((share - 0.05) / 0.2, 0.0, 1.0) if along != (0.0, 1.0, 0.0) else 0.0
-        expected = s * s * (3 - 2 * s)
-        assert -frame["pattern_dimple"].min() == pytest.approx(2.0 * expected, abs=1e-6)
+        assert -frame["pattern_dimple"].min() == pytest.approx(2.0 * (s * s * (3 - 2 * s)), abs=1e-6)
     *_, frame = sim.run(4)
     assert not frame["W"].any()
     assert frame.n_cells == slab.mesh.n_cells  # the triangles have gone again

@@ -14,8 +14,6 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm, valid_vertices
 
@@ -24,10 +22,10 @@ RADIUS = 40.0
 
 def vertices_of(face, levels=0):
     """The vertices of a face refined all over."""
-    forest = RedGreenForest(face.triangles, n_points=len(face.points))
+    forest = fw.geometry.RedGreenForest(face.triangles, n_points=len(face.points))
     for _ in range(levels):
         forest.split(np.ones(len(forest.triangles), bool))
-    return SurfacePoints.of_forest(forest, face.points, vertex_normals(face.points, face.triangles))
+    return SurfacePoints.of_forest(forest, face.points, fw.geometry.vertex_normals(face.points, face.triangles))
 
 
 @pytest.fixture(scope="module")

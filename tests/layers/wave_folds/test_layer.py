@@ -25,11 +25,7 @@ from small_meshes import pressed as pressed_by
 
 import facewrinkle as fw
 from analysis.swept import swept_volumes
-from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry.interpolation import smoothstep
-from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
@@ -138,7 +134,7 @@ def test_folds_take_no_volume():
     """Many folds, which fade before the border of the sheet: it would cut through them."""
     sheet = fw.surface(pv.Plane(i_size=150, j_size=120, i_resolution=75, j_resolution=60).triangulate())
     x, y = np.abs(sheet.points[:, :2]).T
-    amount = smoothstep((70.0 - x) / 20.0) * smoothstep((56.0 - y) / 20.0)
+    amount = fw.geometry.smoothstep((70.0 - x) / 20.0) * fw.geometry.smoothstep((56.0 - y) / 20.0)
     layer = WaveFolds(families={"pressed": [sheet.points * [1.0, 0.75, 1.0]]}, amount=amount)
     sim = fw.Simulation(sheet, layers=[layer], motion=pressed_by(sheet, [PRESSED]), time_step=0.02)
     *_, frame = sim.run(6)
@@ -176,7 +172,9 @@ def waves_of(face, field):
     """The waves at the base vertices."""
     return field.at(
         SurfacePoints.of_forest(
-            RedGreenForest(face.triangles), face.points, vertex_normals(face.points, face.triangles)
+            fw.geometry.RedGreenForest(face.triangles),
+            face.points,
+            fw.geometry.vertex_normals(face.points, face.triangles),
         )
     )
 
@@ -284,7 +282,7 @@ def test_lines_of_raised_brows_end_at_the_hairline(face):
     sim = fw.Simulation(face, layers=[WaveFolds()])
     sim.express({"AU1": 1.0, "AU2": 1.0})
     frame = sim.settle()
-    under_hair = hair_cover(np.asarray(frame["rest"]), face.landmarks, face.frame) > 5.0
+    under_hair = fw.anatomy.hair_cover(np.asarray(frame["rest"]), face.landmarks, face.frame) > 5.0
     height = np.abs(np.asarray(frame["W"]))
     assert height[under_hair].max() < 0.1 * height.max()
 

@@ -13,7 +13,6 @@ import pyvista as pv
 from expressions import settled
 
 import facewrinkle as fw
-from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds.layer import strength_of
 from facewrinkle.layers.wave_folds.stripes import Ground, Smoothing, Stripes
@@ -37,7 +36,7 @@ def test_between_the_vertices_a_plane_wave_goes_on(sheet, level):
     places = ground.points
     waves = np.where(np.random.default_rng(3).random(len(places)) < 0.5, -1.0, 1.0)[:, None] * K
     stripes = Stripes(ground, waves, (waves * places).sum(axis=1), np.ones(len(places)), np.ones(len(sheet.points)))
-    forest = RedGreenForest(sheet.triangles)
+    forest = fw.geometry.RedGreenForest(sheet.triangles)
     for _ in range(4):
         forest.split(np.arange(0, len(forest.triangles), 3))
     points = SurfacePoints.of_forest(forest, sheet.points, np.tile([0.0, 0.0, 1.0], (len(sheet.points), 1)))
