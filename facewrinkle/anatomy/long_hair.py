@@ -34,77 +34,22 @@ KNOTS, LOCK_HAIRS = 19, 3
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-BACKWARDS, SWEPT, RAISED = 0.35, 0.25, 0.16
-"""How much further back than straight to the side the foremost hair is combed, what is added to that where it forms no
-fringe, and how much upwards hair is combed then that falls to the other side of the middle.
-"""
-
 STEP, STEPS = 8.0, 42
 """Length and number of the pieces in which hair grows."""
 
-COMBED, WEIGHT = 65.0, 0.8
-"""Length over which hair keeps to the way it was combed, and weight in units of that."""
-
-LIFT, FULLER, GROWTH = 4.0, 10.0, 0.02
-"""Height of the sheet over the head, what dense hair has beyond, and what is added along its length."""
-
-WAVE, SHIFT, WAVY = 66.0, 2.5, 9.0
-"""Length of the waves of hair, of which the first two grow to the width of the others; the deviation of their phase
-around the head, and how far dense hair swings.
-"""
+COMBED = 65.0
+"""Length over which hair keeps to the way it was combed."""
 
 ROUNDING, LEAST = 1.5, 4.5
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
 it; no hair is lower than the second.
 """
 
-UNEVEN, HEM, SHORTEST = 4.0, -40.0, 0.42
-"""Deviation of the height of the hem at length 1, its height over the chin there, and the share of the way from the
-brows to there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
-"""
+HEM = -40.0
+"""Height of the hem over the chin at length 1."""
 
-LAYERS, UNDER = 0.3, 27.0
-"""Share of the length that the shortest locks lack at length 1, and in units of it how much shorter than the longest
-ones the sheet is: short hair is cut straight, long hair in layers.
-"""
-
-WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.08, 0.15, 0.08, 0.7
-"""Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
-single hairs from that; and the share of the width that tips lack.
-"""
-
-STRAND, LOOSE, ASTRAY = 0.15, 6.0, 0.8
-"""Half the width of loose hairs, how far the farthest of them stand off, and relative to that the deviation of their
-tips aside.
-"""
-
-SIDES_DARKER, DARKER = 0.12, 0.4
-"""How much darker the sides of locks are, and the roots of hairs that fall and the sheet of them."""
-
-# --- Hair that is tied back ---
-
-BARE, BEHIND, SMOOTH, TIGHT = (4.0, 18.0), 60.0, 0.4, 0.8
-"""It lies on the hull of all that is less than the first length outside of the hairline, or than the second where it is
-so far behind the zygion, clear of the ears; edges are rounded over the third, and it is at least as high as the last.
-"""
-
-MIDDLE, TIE = np.array([0.0, 41.0, -12.0]), (-20.0, 60.0)
-"""Hair is combed along great circles about a point, here from the middle between the zygions, to a tie in a direction
-between these from there, degrees above straight back.
-"""
-
-STARTS, BORDER = (10.0, 4.0), 32.0
-"""How far inside the hairline the sheet begins at the sides, and how much farther at the front than there; width of the
-border of the scalp on which single hairs grow before it.
-"""
-
-FLAT, FULL, NEAT = 1.5, 3.0, 3.0
-"""Height of the sheet, what dense hair has beyond, and how far loose hairs stand off."""
-
-TAIL, THICK, RING, WOUND, AROUND = 0.4, 12.0, 16.0, 9.0, 72
-"""Length from which hair ends in a tail, shorter in a knot: a ring. Radius of a tail, and of what is wound to the ring;
-radius of the ring; angle by which hairs are wound around either, radians; and their number.
-"""
+BORDER = 32.0
+"""Width of the border of the scalp on which single hairs grow before hair that is tied back."""
 
 
 class RoundedHull:
@@ -174,15 +119,18 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     """
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
     if combed > 0.0:
-        bare = np.where(points[:, 2] < marks["zygion_l"][2] - BEHIND, BARE[1], BARE[0])
-        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], SMOOTH), TIGHT
+        # It lies on the hull, with edges hardly rounded, of all that is less than 4 mm outside of the hairline, or than
+        # 18 mm where it is 60 mm behind the zygion, clear of the ears.
+        bare = np.where(points[:, 2] < marks["zygion_l"][2] - 60.0, 18.0, 4.0)
+        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], rounding=0.4), 0.8
         parts = _tied(random, head, hull, length, combed)
     else:
         # Hair slides over the face up to 45 mm forward of the zygion, and over all that is above the brows.
         behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + 45.0)
         hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
         lines, ends = _fallen(random, head, hull, length, combed)
-        parts = _bundle(random, hull, lines, ends, LOOSE, DARKER, LAYERS * length)
+        # The shortest locks lack up to 0.3 of the length: short hair is cut straight, long hair in layers.
+        parts = _bundle(random, hull, lines, ends, loose=6.0, darker=0.4, layers=0.3 * length)
     places, tints, strands = (
         np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
     )
@@ -197,7 +145,7 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
 
 def towards_tie(high: float) -> Array:
     """Return the direction (3,) to the tie from the middle of the head; see `combed` of :func:`long_hair`."""
-    rise = np.radians(TIE[0] + (TIE[1] - TIE[0]) * high)
+    rise = np.radians(80.0 * high - 20.0)
     return np.array([0.0, np.sin(rise), -np.cos(rise)])
 
 
@@ -206,23 +154,25 @@ def _tied(
 ) -> list[tuple[Array, Array, Array]]:
     """Return the :func:`_bundle` of hairs that are combed from the hairline to a tie, and of the knot or tail there."""
     marks, dense, aside = head.landmarks, 0.5 + 0.5 * head.paint[0].density, np.array([1.0, 0.0, 0.0])
-    middle, back = marks["zygion_l"] * (1.0 - aside) + MIDDLE, towards_tie(high)
+    # Hair is combed along great circles about a point, which is here from the middle between the zygions.
+    middle, back = marks["zygion_l"] * (1.0 - aside) + [0.0, 41.0, -12.0], towards_tie(high)
     up = np.cross(back, aside)
     turn, angle = np.linspace(0.0, 2.0 * np.pi, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
     scalp = hull.reached(middle, ways)
     inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks)).reshape(COLUMNS, STEPS)
-    deep, hairs = inside - STARTS[0] - STARTS[1] * ways[..., 2], np.arange(COLUMNS)
+    # The sheet begins 10 mm inside the hairline at the sides, and 4 mm farther at the front than there.
+    deep, hairs = inside - 10.0 - 4.0 * ways[..., 2], np.arange(COLUMNS)
     past = (deep < 0.0).argmax(axis=1)
     first = past - deep[hairs, past] / (deep[hairs, past] - deep[hairs, past - 1]) - random.uniform(0.0, 1.0, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
-    lift = (FLAT + FULL * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.2 * random.normal(size=(COLUMNS, 1)))
+    lift = (1.5 + 3.0 * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.2 * random.normal(size=(COLUMNS, 1)))
     lines += lift[..., None] * unit(lines - middle)
     combed = _bundle(random, hull, lines, np.full(COLUMNS, KNOTS - 1.0))
-    tie, thick = hull.reached(middle, back), THICK * (0.7 + 0.6 * dense)
+    tie, thick = hull.reached(middle, back), 12.0 * (0.7 + 0.6 * dense)  # radius of a tail, and of what is wound
     grown = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
-    if length > TAIL:
+    if length > 0.4:  # a tail, else a knot: a ring
         (core,), last = _grown(
             hull,
             tie[None],
@@ -233,10 +183,11 @@ def _tied(
         )
     else:
         around, last = 2.0 * np.pi * grown, np.array([float(STEPS)])
-        core = tie + 0.5 * thick * back + RING * (np.cos(around) * up + np.sin(around) * aside)
-    turn = np.linspace(0.0, 2.0 * np.pi, AROUND)[:, None, None] + WOUND * grown
+        core = tie + 0.5 * thick * back + 16.0 * (np.cos(around) * up + np.sin(around) * aside)
+    strands, wound = 72, 9.0  # around either, by this angle in radians
+    turn = np.linspace(0.0, 2.0 * np.pi, strands)[:, None, None] + wound * grown
     lines = core + thick * (np.cos(turn) * back + np.sin(turn) * np.cross(unit(np.gradient(core, axis=0)), back))
-    return combed + _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, AROUND))
+    return combed + _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, strands))
 
 
 def _bundle(
@@ -244,26 +195,29 @@ def _bundle(
     hull: RoundedHull,
     lines: Array,
     ends: Array,
-    loose: float = NEAT,
+    loose: float = 3.0,
     darker: float = 0.0,
     layers: float = 0.0,
 ) -> list[tuple[Array, Array, Array]]:
     """Return points (k, hairs, KNOTS, 3), tints (k, hairs, KNOTS) and strands (..., 2) of hairs side by side.
 
-    They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these.
+    They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these, of which the farthest
+    are `loose` off, mm. Roots and the sheet are `darker` by a share, and the shortest of the locks lack a share of
+    their length by their `layers`.
     """
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
-    sheet = _between(lines, (ends - UNDER * layers / STEP)[:, None] * t**ROOTS_DENSER)
+    under = 27.0 * layers / STEP  # how much shorter than the longest locks the sheet is
+    sheet = _between(lines, (ends - under)[:, None] * t**ROOTS_DENSER)
     across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
     over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
-    wide = random.uniform(*WIDEST, count)
+    wide = random.uniform(1.0, 4.5, count)  # half the width
     # The farthest locks stand off a third as far as loose hairs.
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.33 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
-    astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
-    shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
+    astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.15), 2, layers, loose)
+    shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
     of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.3  # mm: the width of a strand
     return [
         (
@@ -296,24 +250,27 @@ def _fallen(
     roots = hull.reached(_parting(marks, along), np.array([0.0, 1.0, 0.0]))
     aside = np.interp(share, whorl, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
     comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
-    # Hair that falls to the other side from 20 mm off the middle is combed twice as far back, and keeps to that for
-    # half as long again.
+    # Hair that falls to the other side from 20 mm off the middle is combed upwards and twice as far back, and keeps to
+    # that for half as long again. The foremost hair is combed further back than the rest, unless it forms a fringe.
     far, front = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / 20.0, 1.0 - along
-    comb[:, 1] += RAISED * (1.0 + combed) * far * front
-    comb[:, 2] -= (BACKWARDS * (1.0 + far) + SWEPT + combed) * front
+    comb[:, 1] += 0.16 * (1.0 + combed) * far * front
+    comb[:, 2] -= (0.35 * (1.0 + far) + 0.25 + combed) * front
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
     fringe = (1.0 - (1.0 + combed) ** 2) * front**3
-    down = (1.0 - fringe) * (SHORTEST + (1.0 - SHORTEST) * length)
-    hem = brows + down * (chin - brows) + UNEVEN * (0.15 + 0.85 * length) * (even + 1.5 * uneven)
-    lift = (LIFT + FULLER * dense**2) * (1.0 + 0.15 * even)
+    # Share of the way down of the hem of the shortest: between that and cropped hair are cuts that a sheet cannot show.
+    shortest = 0.42
+    down = (1.0 - fringe) * (shortest + (1.0 - shortest) * length)
+    hem = brows + down * (chin - brows) + 4.0 * (0.15 + 0.85 * length) * (even + 1.5 * uneven)
+    lift = (4.0 + 10.0 * dense**2) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
     grown = STEP * np.arange(STEPS + 1)
     turning, turned_in = 0.55, 15.0  # share of its length from which hair turns in, and how far its tips do
     turn = np.maximum(np.minimum(grown / (STEP * ends[:, None]), 1.0) - turning, 0.0) / (1.0 - turning)
     up = hull(lines)[1]
     aside = unit(np.cross(np.gradient(lines, axis=1), up))
-    phase = 2.0 * np.pi * grown / WAVE + SHIFT * _even(random, (COLUMNS,), 25.0)[:, None]
-    swing = WAVY * dense**2 * np.minimum(0.5 * grown / WAVE, 1.0)
+    wave = 66.0  # of which the first two grow to the width of the others
+    phase = 2.0 * np.pi * grown / wave + 2.5 * _even(random, (COLUMNS,), 25.0)[:, None]
+    swing = 9.0 * dense**2 * np.minimum(0.5 * grown / wave, 1.0)
     lines += (swing * np.sin(phase))[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
     return lines, ends
@@ -336,11 +293,11 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Arr
     for step in range(STEPS):
         length, (_, normals) = step * STEP, hull(lines[-1])
         combed = comb - (comb * normals).sum(axis=1, keepdims=True) * normals
-        wanted = combed * np.exp(-length / reach)[:, None] - [0.0, WEIGHT, 0.0] if step else combed + 0.4 * normals
+        wanted = combed * np.exp(-length / reach)[:, None] - [0.0, 0.8, 0.0] if step else combed + 0.4 * normals
         way = unit(1.5 * way + unit(wanted))
         points = lines[-1] + STEP * way
         height, normals = hull(points)
-        least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + GROWTH * (length + STEP)
+        least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + 0.02 * (length + STEP)
         lines.append(points + np.maximum(least - height, 0.0)[:, None] * normals)
     grown = np.stack(lines, axis=1)
     low = grown[:, 1:, 1] < hem[:, None]
@@ -372,11 +329,11 @@ def _locks(
     aside = unit(np.cross(np.gradient(points, axis=1), up))
     # Locks are 1.2 mm over the sheet, or more.
     off = 1.2 + loose * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(t)
-    stray = random.normal(0.0, ASTRAY * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
+    stray = random.normal(0.0, 0.8 * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
     points += off[..., None] * up + stray[..., None] * aside
-    half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - POINTED * t**3)
+    half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - 0.7 * t**3)
     half, u = half[:, None, :, None], np.linspace(1.0, -1.0, hairs)[:, None, None]
-    height = ROUND * (1.0 - u**2) - TUCKED * u**4 + ROUGH * random.normal(size=(len(lines), hairs, 1, 1))
+    height = 0.08 * (1.0 - u**2) - 0.15 * u**4 + 0.08 * random.normal(size=(len(lines), hairs, 1, 1))
     roof = (points[:, None] + half * (u * aside[:, None] + height * up[:, None])).reshape(-1, KNOTS, 3)
     frayed = (KNOTS - 1.0) * (1.0 - np.abs(random.normal(0.0, 0.015, (len(roof), 1))))  # the lengths of hairs differ
     return _between(roof, frayed * t).reshape(len(lines), hairs, KNOTS, 3)
