@@ -54,7 +54,7 @@ def test_skin_under_the_jaw_beside_the_mouth_is_not_inside(face):
     cavities = Cavities(face.points, face.triangles, lower, face.frame)
     below = cavities.depth(face.points) > face.cavities.depth(face.points) + INSIDE_DEPTH
     assert below.sum() > 4
-    other = Face.from_landmarks(face.mesh, lower, 1.0)
+    other = fw.Face.from_landmarks(face.mesh, lower, 1.0)
     np.testing.assert_array_equal(other.lining.vertices, face.lining.vertices)
     colors = SkinPainter(other)(face.points)[below]
     assert colors.min() > 70
