@@ -22,9 +22,6 @@ from .errors import FaceWrinkleError, FaceWrinkleWarning
 from .files import inputs_kept, inside_only
 from .progress import only_bars
 
-USAGE, FAILED = 2, 1
-"""Exit codes."""
-
 COMMON = Parameter(group="Options of all commands", show_default=False)
 
 app = App(
@@ -123,19 +120,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     _widen()
     tokens = list(sys.argv[1:] if arguments is None else arguments)
+    failed, misused = 1, 2
     try:
         launcher(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
         after = " Arguments after -- are not options: put options before it." if "--" in tokens else ""
-        return _complain(f"{_one_line(error)}{after} Try: {hint} --help", USAGE)
+        return _complain(f"{_one_line(error)}{after} Try: {hint} --help", misused)
     except KeyboardInterrupt:
         return _complain("interrupted.", 128 + signal.SIGINT)
     except BrokenPipeError:  # the reader, such as head, has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
+        return failed
     except Exception as error:
-        return _complain(_failure(error), FAILED)
+        return _complain(_failure(error), failed)
     return 0
 
 

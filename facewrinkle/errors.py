@@ -29,18 +29,6 @@ OPTIONAL = {
 """Packages that a bare installation lacks, and the extras that bring them, by the names that are imported."""
 
 
-HOW_MADE = {
-    "Face": "fit_face(mesh), read_face(path) and default_face() make one.",
-    "Atlas": "read_atlas(path) reads one.",
-    "Style": "facewrinkle.plotting.Style(size, view) makes one.",
-    "SkinMaterial": "facewrinkle.SkinMaterial() makes one.",
-    "Refinement": "facewrinkle.Refinement() makes one.",
-    "Take": "read_take(path) reads one.",
-    "PolyData": "Simulation(face).step() makes one.",
-}
-"""What gives a value of a type that is asked for."""
-
-
 class FaceWrinkleError(ValueError):
     """Input that facewrinkle cannot work with; the base of all its exceptions.
 
@@ -204,7 +192,15 @@ def check_type(name: str, value: object, kind: type, *, optional: bool = False) 
     """
     if not (isinstance(value, kind) or (optional and value is None)):
         article = "an" if kind.__name__[0] in "AEIOaeio" else "a"
-        remedy = HOW_MADE.get(kind.__name__, "")
+        remedy = {
+            "Face": "fit_face(mesh), read_face(path) and default_face() make one.",
+            "Atlas": "read_atlas(path) reads one.",
+            "Style": "facewrinkle.plotting.Style(size, view) makes one.",
+            "SkinMaterial": "facewrinkle.SkinMaterial() makes one.",
+            "Refinement": "facewrinkle.Refinement() makes one.",
+            "Take": "read_take(path) reads one.",
+            "PolyData": "Simulation(face).step() makes one.",
+        }.get(kind.__name__, "")
         raise ParameterError(
             f"{name} must be {article} {kind.__name__}, received {reprlib.repr(value)}. {remedy}".rstrip()
         )

@@ -27,8 +27,6 @@ LARGEST_SETTINGS = 2**28
 PARTS = 64
 """The most parts of a name in a file of settings."""
 
-_DEEP = re.compile(rf"(?:[^.,=\[\]{{}}\n]{{1,100}}+\.){{{PARTS}}}")
-
 _inside_only: ContextVar[bool] = ContextVar("inside_only", default=False)
 
 _inputs: dict[tuple[int, int], str] | None = None
@@ -145,7 +143,7 @@ def toml_of(path: str | Path) -> dict[str, Any]:
         If it is no TOML, or has a name of very many parts, ``a.b.c...``, for which memory runs out.
     """
     text = bytes_of(path, LARGEST_SETTINGS).decode()
-    if _DEEP.search(text):
+    if re.search(rf"(?:[^.,=\[\]{{}}\n]{{1,100}}+\.){{{PARTS}}}", text):
         raise ValueError(f"a name has more than {PARTS} parts")
     try:
         return tomllib.loads(text)

@@ -38,27 +38,11 @@ Chardon, I. Cretois and C. Hourseau, Int. J. Cosmetic Science 13, 1991), from ve
 below -30.
 """
 
-GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
-"""The age at which hair begins to turn gray, and its color then."""
-
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
 
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
-
-# --- The hairline around the scalp; mm on a face of average size ---
-
-HAIRLINE = np.array(
-    # azimuth from the front about the axis of the head in degrees, height above the eyes
-    [
-        *((0, 62), (10, 62.5), (20, 64), (29, 63), (36, 57), (42, 46), (48, 32), (55, 24), (60, 18), (63, 10)),
-        *((66, 1), (70, -7), (76, -13), (90, -14), (94, -6), (96, 4), (99, 10), (105, 13), (112, 13), (118, 8)),
-        *((121, -2), (122, -18), (126, -36), (134, -52), (150, -62), (168, -67), (180, -68)),
-    ],
-    dtype=np.float64,
-)
-"""The line over the forehead, down the temple before the ear, and around the ear to the nape."""
 
 
 @dataclass(frozen=True)
@@ -308,13 +292,14 @@ def head_of(identity: Identity) -> Head:
     falls = identity.hair_length > 0.0 >= identity.hair_combed
     # Scalp is seen between the hairs of short cuts, and where hair is parted or tied back.
     bare = 0.25 * (1.0 if identity.hair_length > 0.0 else -identity.hair_length)
-    if identity.skin == identity.hair == identity.hair_density == bare == 0.0 and identity.age <= GRAYING:
+    graying = 0.2  # the age at which hair begins to turn gray
+    if identity.skin == identity.hair == identity.hair_density == bare == 0.0 and identity.age <= graying:
         return head
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
     # Factors of red, green and blue of the fairest and of the darkest hair.
     tint = np.array([0.55, 0.6, 0.65] if identity.hair > 0.0 else [3.1, 3.0, 2.5]) ** abs(identity.hair)
-    old = float(smoothstep((identity.age - GRAYING) / (1.0 - GRAYING)))
+    old = float(smoothstep((identity.age - graying) / (1.0 - graying)))
     # At age 1, 85 % of hair is gray, and 90 % of its border is bare on a masculine head, as it is at any age before
     # hair that falls from a parting.
     gray, border = 0.85 * old, 0.9 * max(old * identity.sex, float(falls))
@@ -322,7 +307,7 @@ def head_of(identity: Identity) -> Head:
     brows_share = 0.5  # of the difference of hair from that of the mean head, which brows have
     own = np.minimum(tint**brows_share * mean.brows.color, 0.6 * skin * TONES[4, 1:])
     strands, brows = (
-        (1.0 - share * gray) * color + share * gray * GRAY
+        (1.0 - share * gray) * color + share * gray * np.array([152.0, 145.0, 136.0])
         for color, share in ((tint * HAIR_COLOR, 1.0), (own, brows_share))
     )
     color, texture = (
@@ -414,7 +399,16 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     ear, top = frame.local_mm(landmarks["zygion_l"]), frame.local_mm(landmarks["trichion"])
     # The upright axis of the head lies 12 mm behind the zygion.
     azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + 12.0))
-    line = HAIRLINE.copy()
+    line = np.array(
+        # over the forehead, down the temple before the ear, and around the ear to the nape: azimuth from the front,
+        # degrees, and height above the eyes
+        [
+            *((0, 62), (10, 62.5), (20, 64), (29, 63), (36, 57), (42, 46), (48, 32), (55, 24), (60, 18), (63, 10)),
+            *((66, 1), (70, -7), (76, -13), (90, -14), (94, -6), (96, 4), (99, 10), (105, 13), (112, 13), (118, 8)),
+            *((121, -2), (122, -18), (126, -36), (134, -52), (150, -62), (168, -67), (180, -68)),
+        ],
+        dtype=np.float64,
+    )
     # The line follows the trichion up to an azimuth of 30 degrees and the zygion from 60 on, which is 16 mm below the
     # eyes on the built-in head.
     share = smoothstep((line[:, 0] - 30.0) / 30.0)

@@ -43,17 +43,6 @@ TINTS = {
 }
 
 
-IRISES = np.array(
-    [
-        [(104, 138, 168), (132, 140, 140)],
-        [(98, 116, 122), (128, 104, 72)],
-        [(66, 40, 24), (88, 54, 30)],
-    ],
-    dtype=np.float64,
-)
-"""Colors of the iris and its collar around the pupil in blue, gray and dark brown eyes."""
-
-
 class PaintedEye:
     """The front of an eyeball: pupil, streaked iris, dark limbus, and a sclera that is darker below the lids.
 
@@ -262,7 +251,10 @@ def _eye_paint(angle: Array, spoke: Array, iris_color: float) -> Array:
     # Light from above gathers in the lower half of the iris.
     glow = 0.86 + 0.24 * np.clip(-np.sin(spoke), -0.6, 1.0) * across
     pigment = min(abs(iris_color) / 0.6, 1.0)  # irises are blue below minus that, and dark brown above it
-    ground, ring = IRISES[1] + pigment * (IRISES[2 if iris_color > 0.0 else 0] - IRISES[1])
+    blue, gray, brown = np.array(  # of the iris and its collar around the pupil
+        [[(104, 138, 168), (132, 140, 140)], [(98, 116, 122), (128, 104, 72)], [(66, 40, 24), (88, 54, 30)]], float
+    )
+    ground, ring = gray + pigment * ((brown if iris_color > 0.0 else blue) - gray)
     iris = ground + 0.75 * collar * (ring - ground)
     iris = iris * ((1.0 + 0.20 * fibers) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
     vein = smoothstep((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)

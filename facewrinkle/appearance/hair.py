@@ -307,10 +307,6 @@ class LashRow:
     color: tuple[float, float, float]
 
 
-UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
-LOWER_LASHES = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
-
-
 class Lashes(Hairs):
     """Eyelashes that go with the margins of both lids of an eye.
 
@@ -345,7 +341,9 @@ class Lashes(Hairs):
         self._deepest = 0.012 * size
         half, tint = [], []
         opening = face.eyelid_openings.get(eye.side)
-        margins = [] if opening is None else [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
+        upper = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
+        lower = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
+        margins = [] if opening is None else [(upper, opening.upper), (lower, opening.lower)]
         for row, margin in margins:
             chain = np.asarray(margin, np.int32)
             along = (np.arange(row.count) + random.uniform(0.1, 0.9, row.count)) / row.count

@@ -19,9 +19,6 @@ from ..mesh import reshaped, to_polydata
 
 TONGUE_COLOR = (176, 92, 88)
 
-POCKET_COLORS = np.array([[116, 52, 48], [72, 29, 27], [30, 11, 11], [12, 4, 5]])
-"""Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
-
 POCKET_RINGS, OVAL_HEIGHT = ((0.34, 0.05), (0.46, 0.3), (0.45, 0.85)), 0.75
 """Half width of the rings behind the lips and their depth behind these, in distances between the pupils; their height,
 relative to their width.
@@ -188,7 +185,9 @@ class Mouth:
         """The pocket with its triangles and paint, but no shape."""
         n = len(self.loop)
         light = 1.0 - 0.25 * self._oval[:, 1:2] / OVAL_HEIGHT  # what looks up is lighter, and what looks down darker
-        paint = np.rint(np.vstack([*(light * tint for tint in POCKET_COLORS), POCKET_COLORS[-1]])).astype(np.uint8)
+        # Colors of its rings, from the lips backwards; it ends in a point of the last.
+        tints = np.array([[116, 52, 48], [72, 29, 27], [30, 11, 11], [12, 4, 5]])
+        paint = np.rint(np.vstack([*(light * tint for tint in tints), tints[-1]])).astype(np.uint8)
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})
 

@@ -265,12 +265,6 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
 
 # --- parts that came with a face and are drawn with their own shape and colors ---------------------------------------
 
-PART_COLORS = {
-    "teeth": (214, 205, 186), "tongue": TONGUE_COLOR, "glasses": (40, 40, 44), "other": (150, 140, 134),
-    "hair": (62, 46, 38),
-}  # fmt: skip
-"""Colors of parts that have none, by a word in their names; all others have that of hair."""
-
 
 def is_drawn(name: str, part: Part, face: Face) -> bool:
     """Return True if a part is drawn with its own shape.
@@ -296,6 +290,7 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     """
     parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name], face)}
     eyes = {f"eye_{eye.side}": eye for eye in face.eyes}
+    by_word = {"teeth": (214, 205, 186), "tongue": TONGUE_COLOR, "glasses": (40, 40, 44), "other": (150, 140, 134)}
     for name, part in parts.items():
         if face.parts[name].texture is not None:
             parts[name] = split_at_seams(part)
@@ -304,6 +299,6 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
         elif has_colors(part.point_data):
             part.point_data["paint"] = np.asarray(part.point_data["Colors"])
         else:
-            color = next((c for stem, c in PART_COLORS.items() if stem in name), PART_COLORS["hair"])
+            color = next((c for stem, c in by_word.items() if stem in name), (62, 46, 38))  # that of hair
             part.point_data["paint"] = np.tile(np.array(color, np.uint8), (part.n_points, 1))
     return parts

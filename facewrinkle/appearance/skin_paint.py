@@ -52,9 +52,6 @@ SHAVED = 0.10
 
 LIP_COLOR = (176.0, 106.0, 95.0)
 
-CAVITY_COLORS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
-"""Colors in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
-
 LID, FLESH, DEEP_FLESH = (
     np.array(color, dtype=np.float64) for color in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
 )
@@ -107,9 +104,11 @@ class SkinPainter:
         depth[lined & (depth < INSIDE_DEPTH)] = hidden
         far = smoothstep(2.0 * depth / hidden - 1.0)  # so far behind what is seen, there are no rims of nostrils
         rims = (1.0 - far) * self._cavities.at_nostrils(points)
+        # Colors in mouth and nostrils, depths at which they begin, and further depths over which they grow to full.
+        colors = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
         # Nostrils darken 2.2 times as fast as the mouth, from 1.3 mm on: above, rims are rounded.
         for where, inside in ((1.0 - rims, depth), (rims, 2.2 * (self._nostrils.depth(points) - 1.3))):
-            for tint, begin, over in CAVITY_COLORS:
+            for tint, begin, over in colors:
                 color += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - color)
         away, nearest = self._tree.query(points)
         for opening, socket in zip(self._openings, self._sockets, strict=True):
@@ -180,18 +179,6 @@ forward, as they grow along the lines in which skin is relaxed.
 DEPTH, OLD_DEPTH = 0.06, 0.075
 """Depth of the furrows of the young and the old, mm."""
 
-STRONGER = (
-    # landmark, reach in mm, strength there
-    ("nose_tip", 13.0, 1.8),
-    ("ala", 10.0, 1.7),
-    ("malar", 15.0, 1.5),
-    ("pogonion", 10.0, 1.4),
-    ("forehead_mid", 26.0, 0.6),
-    ("eye_centre", 15.0, 0.3),
-    ("eye_outer", 8.0, 0.8),
-)
-"""Places where pores are wider, or skin is thinner or tighter, than elsewhere."""
-
 
 def relief_strength(points: Array, face: Face) -> Array:
     """Return the strength (n,) of the relief at points (n, 3) of a face at rest; 0 on lips, scalp and linings.
@@ -209,7 +196,16 @@ def relief_strength(points: Array, face: Face) -> Array:
     """
     frame, marks = face.frame, face.landmarks
     where, strength = frame.local_mm(points), np.ones(len(points))
-    for stem, reach, factor in STRONGER:
+    elsewhere = (  # pores are wider, or skin is thinner or tighter: landmark, reach in mm, strength there
+        ("nose_tip", 13.0, 1.8),
+        ("ala", 10.0, 1.7),
+        ("malar", 15.0, 1.5),
+        ("pogonion", 10.0, 1.4),
+        ("forehead_mid", 26.0, 0.6),
+        ("eye_centre", 15.0, 0.3),
+        ("eye_outer", 8.0, 0.8),
+    )
+    for stem, reach, factor in elsewhere:
         for name in sorted({of_side(stem, side) for side in "lr"}):
             away = ((where - frame.local_mm(marks[name])) ** 2).sum(axis=1)
             strength += (factor - 1.0) * np.exp(-0.5 * away / reach**2)
