@@ -304,7 +304,7 @@ class Face:
 
     @cached_property
     def mouth_opens(self) -> bool:
-        """True if a hole of the mesh or a hollow behind the lips reaches both sides; else the jaw cannot part them."""
+        """True if one hole of the mesh or a hollow behind the lips reaches both sides; else the jaw parts no lips."""
         return self._opening_of_mouth == 2
 
     @cached_property
@@ -314,7 +314,7 @@ class Face:
 
     @cached_property
     def _opening_of_mouth(self) -> int:
-        """The number of sides of the mouth that a hole or a hollow behind the lips reaches."""
+        """The most sides of the mouth that one hole, or a hollow behind the lips, reaches: skin between holes holds."""
         if not self.landmarks:
             return 0
         middle = self.frame.local(lips_middle(self.landmarks))
@@ -322,10 +322,10 @@ class Face:
         reach = np.array([0.3, 0.25, 0.6])  # [left, up, forward], in distances between the pupils
         bag = (np.abs(away[:, :2]) < reach[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
         rims = [np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops]
-        found = np.concatenate([away[bag, 0], *(rim[(np.abs(rim) < reach).all(axis=1), 0] for rim in rims)])
+        found = [away[bag, 0], *(rim[(np.abs(rim) < reach).all(axis=1), 0] for rim in rims)]
         # It reaches a side if it goes a quarter of the way from the middle to the corner.
         ends = [0.25 * float((self.frame.local(self.landmarks[f"mouth_{s}"]) - middle)[0]) for s in "lr"]
-        return int((found > ends[0]).any()) + int((found < ends[1]).any())
+        return max(int((each > ends[0]).any()) + int((each < ends[1]).any()) for each in found)
 
     @cached_property
     def cavities(self) -> Cavities:

@@ -232,8 +232,8 @@ def _left_out(face: Face) -> list[str]:
         which = {"l": "the left eye", "r": "the right eye", "lr": "both eyes"}["".join(sides)]
         said.append(f"The skin has no opening before {which}, closed or one piece with it: such lids do not move.")
     if face.muscles and not face.mouth_opens:
-        what = "an opening between the lips on one side only" if face.mouth_half_open else "no opening between the lips"
-        said.append(f"The skin has {what}: the jaw stays, and the mouth does not open.")
+        both = " that reaches both sides" if face.mouth_half_open else ""
+        said.append(f"The skin has no opening between the lips{both}: the jaw stays, and the mouth does not open.")
     return said
 
 

@@ -16,6 +16,9 @@ from skins import held, settled
 from synthetic_faces import half_sewn
 
 import facewrinkle as fw
+from facewrinkle.anatomy.face import Face
+from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.mesh import to_polydata
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.self_contact import CLOSE_BY, THINNEST, around_mouth, behind_lips, closing_forces, squeezed
 from facewrinkle.motion.solids import met_solids
@@ -169,6 +172,18 @@ def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
         assert found.lips < DEEPEST
         assert not found.inverted
     skin.reset()
+
+
+def test_a_mouth_with_a_strand_of_skin_across_stays_closed(face):
+    """As scanners leave them between closed lips: it would hold both."""
+    loop = Mouth(face).loop
+    left = (face.points[loop] - face.frame.origin) @ face.frame.axes[0] > 0.5
+    crossing = np.flatnonzero(left != np.roll(left, -1))  # once on each lip
+    (a, b), (c, d) = (loop[[k, (k + 1) % len(loop)]] for k in crossing)
+    strand = np.array([[b, a, d], [b, d, c]], np.int32)
+    torn = Face.from_landmarks(to_polydata(face.points, np.vstack([face.triangles, strand])), face.landmarks, 1.0)
+    assert len(torn.boundary_loops) == len(face.boundary_loops) + 1
+    assert (torn.mouth_opens, torn.mouth_half_open) == (False, True)
 
 
 def test_a_mouth_that_is_open_on_one_side_only_stays_closed(face):
