@@ -25,10 +25,10 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 200, 200, 140
+COLUMNS, LOCKS, STRANDS = 200, 160, 140
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
-KNOTS, LOCK_HAIRS = 19, 3
+KNOTS, LOCK_HAIRS = 23, 3
 """Points along each of them, and hairs side by side in a lock."""
 
 ROOTS_DENSER = 1.4
