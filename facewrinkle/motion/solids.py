@@ -122,10 +122,9 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     """Return the eyeballs and the dental arches, and the samples that meet them.
 
     Eyeballs push off skin as far as there is room at rest between the margins of the lids and the ball, but not the
-    lining of sockets behind their middle, which nobody sees; the middles of edges are samples, too, as chords cut the
-    balls most. The dental arches are half cylinders that end at the edges of
-    the incisors: the upper one is part of the skull, the lower one goes with the mandible. A mouth that does not open
-    has none.
+    lining of sockets behind their middle that is no farther off, which nobody sees; the middles of edges are samples,
+    too, as chords cut the balls most. The dental arches are half cylinders that end at the edges of the incisors: the
+    upper one is part of the skull, the lower one goes with the mandible. A mouth that does not open has none.
 
     Parameters
     ----------
@@ -150,9 +149,9 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     found: list[Samples] = []
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
-        offset = points - centre
-        near = (np.linalg.norm(offset, axis=1) < 1.6 * radius) & (offset @ eye.gaze > 0.0)  # other skin cannot meet it
-        room = (1.0 / LID_ROOM - 1.0) * radius
+        away, room = np.linalg.norm(points - centre, axis=1), (1.0 / LID_ROOM - 1.0) * radius
+        lining = ((points - centre) @ eye.gaze < 0.0) & (away < radius + room)
+        near = (away < 1.6 * radius) & ~lining  # skin farther away cannot meet it
         found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
         solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))
     for jaw, own in (("upper", 0.0), ("lower", angle)) if face.mouth_opens else ():

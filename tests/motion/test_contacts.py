@@ -23,6 +23,7 @@ from skins import assert_gradient, held
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
+from facewrinkle.mesh import to_polydata
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
 from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, squeezed
@@ -174,16 +175,24 @@ def test_rest_is_off_everything_by_its_slack(skin):
     assert (skin.contacts.samples.stiffness > 0.0).all()
 
 
-def test_the_lining_of_sockets_behind_the_middle_of_the_eyes_meets_nothing():
+@pytest.mark.parametrize("touching", [False, True])
+def test_the_lining_of_sockets_that_touches_an_eye_behind_its_middle_meets_nothing(touching):
     head = head_with("sockets")
-    _, samples = met_solids(head, np.ones(len(head.points)))
-    places = np.einsum("kc,kcx->kx", samples.shares, head.points_mm[samples.corners])
-    for k, eye in enumerate(head.eyes):
-        ahead = (places[samples.partners[:, 0] == -1 - k] - eye.centre * head.unit) @ eye.gaze
-        behind = (head.points[ring("sockets", 4)] - eye.centre) @ eye.gaze < 0.0
-        assert behind.sum() > 10
-        assert len(ahead) > 100
-        assert ahead.min() > 0.0
+    points, lining = head.points.copy(), ring("sockets", 4)
+    for eye in head.eyes if touching else ():
+        offset = points - eye.centre
+        away = np.linalg.norm(offset, axis=1)
+        near = (offset @ eye.gaze < 0.0) & (away < 1.6 * eye.radius)
+        assert near[lining].any()
+        points[near] = eye.centre + (eye.radius + 0.1) / away[near, None] * offset[near]
+    face = fw.Face.from_landmarks(to_polydata(points, head.triangles), head.landmarks, 1.0)
+    _, samples = met_solids(face, np.ones(len(points)))
+    places = np.einsum("kc,kcx->kx", samples.shares, face.points_mm[samples.corners])
+    for k, eye in enumerate(face.eyes):
+        offset = places[samples.partners[:, 0] == -1 - k] - eye.centre
+        behind = offset @ eye.gaze < 0.0
+        assert (~behind).sum() > 100
+        assert (behind.sum() > 10) != touching
 
 
 def test_solids_go_with_the_mandible(face, skin):
