@@ -57,11 +57,6 @@ class Cavities:
     landmarks : mapping of str to ndarray, shape (3,)
     frame : FaceFrame
 
-    Attributes
-    ----------
-    reach : float
-        Distance from the midline, mm, up to which they are seen; their lining may go on.
-
     Examples
     --------
     >>> import facewrinkle as fw
@@ -94,9 +89,9 @@ class Cavities:
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
         # Cavities reach 1 mm beside the wings of the nose, beyond which skin lies as deep, and 4 mm beside the mouth.
-        self.reach = corner + 4.0
+        self._reach = corner + 4.0
         within = smoothstep((wing + 1.0 - across) / (0.5 * BLEND))
-        near = upper * within + (1.0 - upper) * smoothstep((self.reach - across) / BLEND)
+        near = upper * within + (1.0 - upper) * smoothstep((self._reach - across) / BLEND)
         lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
         # In the lower half of the lower lip the mouth fades out: the fold under a full lip is as narrow and deep.
         near = near * smoothstep((y - lower_lip) / (0.5 * lip))[None, :]
@@ -136,6 +131,12 @@ class Cavities:
         behind, within, near = self._behind(points)
         return np.asarray(np.where(near, np.maximum(behind * within, 0.0), 0.0))
 
+    def beside(self, points: Array) -> BoolArray:
+        """True (n,) for points that are farther aside than cavities are seen: there only their lining goes on, and a
+        jaw may hang over other skin.
+        """
+        return np.asarray(np.abs(self.frame.local_mm(points)[:, 0]) >= self._reach)
+
     def outer(self, points: Array) -> BoolArray:
         """True (n,) for points on the skin that is seen from the front, where mouth and nostrils may be."""
         behind, _, near = self._behind(points)
@@ -168,11 +169,8 @@ class Lining:
     def __init__(
         self, cavities: Cavities, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array]
     ) -> None:
-        aside, forward = (
-            cavities.frame.local_mm(points)[:, 0],
-            vertex_normals(points, triangles) @ cavities.frame.axes[2],
-        )
-        deep = (cavities.depth(points) >= INSIDE_DEPTH) & (np.abs(aside) < cavities.reach)  # the jaw hangs over, beside
+        forward = vertex_normals(points, triangles) @ cavities.frame.axes[2]
+        deep = (cavities.depth(points) >= INSIDE_DEPTH) & ~cavities.beside(points)
         free = ~cavities.outer(points) | (forward < -0.5)  # turned back, it is not seen, however thin the lips are
         edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         label = connected(edges[free[edges].all(axis=1)], len(points))

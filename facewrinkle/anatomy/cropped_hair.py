@@ -70,16 +70,17 @@ def cropped_hair(
     # Where it is dense; women and children may have 22 mm beyond, and combed hair 42 mm on top of the head.
     least, most = 7.0, 16.0 + 22.0 * max(-sex, 0.0) + 42.0 * styled * top
     longest = least + (most - least) * (1.0 + length)
-    # Hair is combed back, or to both sides of a parting 22 mm to the left of the middle, 16 mm wide.
-    way = np.array([0.0, 0.3, -1.0])
-    if combed < 0.0:
-        way = top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25]
-    comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
-    comb += 3.0 * styled * way  # a comb is three times as strong
     if tied:
-        comb = np.zeros_like(roots) + towards_tie(combed)
+        comb = towards_tie(combed)
+    else:
+        # Hair is combed back, or to both sides of a parting 22 mm to the left of the middle, 16 mm wide.
+        way = np.array([0.0, 0.3, -1.0])
+        if combed < 0.0:
+            way = top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25]
+        comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
+        comb += 3.0 * styled * way  # a comb is three times as strong
     longest *= 0.2 + 0.8 * smoothstep(cover)  # a fifth of the length where hardly any grow
-    return grown_hairs(head, triangle, weights, comb, longest, random, 1.0 - 0.4 * styled, 0.0 if tied else 1.0)
+    return grown_hairs(head, triangle, weights, comb, longest, random, 1.0 - 0.4 * styled, down=not tied)
 
 
 def grown_hairs(
@@ -90,12 +91,12 @@ def grown_hairs(
     longest: Array,
     random: np.random.Generator,
     loose: float = 1.0,
-    down: float = 1.0,
+    down: bool = True,
 ) -> BoundHairs:
     """Return hairs in the color of a head's that are rooted in triangles (k,) with weights (k, 3).
 
-    They grow along the skin as it lets them of the ways `comb` (k, 3), of random lengths around `longest` (k,), and the
-    more slope and stray, the more `loose` they are; those of the sides also grow `down`.
+    They grow along the skin as it lets them of the ways `comb` (k, 3) or (3,), of random lengths around `longest` (k,),
+    and the more slope and stray, the more `loose` they are; those of the sides also grow `down`.
     """
     points, triangles = head.points, head.triangles
     corners = triangles[triangle]

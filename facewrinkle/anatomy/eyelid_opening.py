@@ -131,12 +131,11 @@ class EyelidOpening:
         """Distance of the upper margin, or else the lower, from the centre of the eye at places between the canthi."""
         return np.where(upper, *(np.interp(along, at, distance) for at, _, distance in self.rims))
 
-    def lining(self, points: Array, triangles: IntArray, normals: Array) -> BoolArray:
+    def lining(self, points: Array, edges: IntArray, normals: Array) -> BoolArray:
         """True (n,) for vertices that face the ball and are connected through such vertices with those nearest to the
         margins: the lining of the socket, and not the side of the nose.
         """
         facing = ((points - self.eye.centre) * normals).sum(axis=1) < 0.0
-        edges = unique_edges(triangles)[0]
         piece = connected(edges[facing[edges].all(axis=1)], len(points))
         margins = points[np.concatenate([self.upper, self.lower])]
         nearest = cKDTree(points[facing]).query(margins)[1]

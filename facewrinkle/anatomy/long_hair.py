@@ -130,7 +130,7 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
         hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
         lines, ends = _fallen(random, head, hull, length, combed)
         # The shortest locks lack up to 0.3 of the length: short hair is cut straight, long hair in layers.
-        parts = _bundle(random, hull, lines, ends, loose=6.0, darker=0.4, layers=0.3 * length)
+        parts = _bundle(random, hull, lines, ends, falls=True, layers=0.3 * length)
     places, tints, strands = (
         np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
     )
@@ -195,16 +195,16 @@ def _bundle(
     hull: RoundedHull,
     lines: Array,
     ends: Array,
-    loose: float = 3.0,
-    darker: float = 0.0,
+    falls: bool = False,
     layers: float = 0.0,
 ) -> list[tuple[Array, Array, Array]]:
     """Return points (k, hairs, KNOTS, 3), tints (k, hairs, KNOTS) and strands (..., 2) of hairs side by side.
 
-    They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these, of which the farthest
-    are `loose` off, mm. Roots and the sheet are `darker` by a share, and the shortest of the locks lack a share of
-    their length by their `layers`.
+    They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these. The shortest of the
+    locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
+    dark at its roots and below, and begins more evenly: there roots differ by 2 mm.
     """
+    loose, darker, power = (6.0, 0.4, 0.7) if falls else (3.0, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
@@ -223,7 +223,7 @@ def _bundle(
         (
             sheet[None],
             (1.0 - darker) * dark * _tints(random, 1, columns),
-            _strands(10.0 * np.arange(columns)[None], 0.7 if darker else 1.0),  # roots at a parting differ by 2 mm
+            _strands(10.0 * np.arange(columns)[None], power),
         ),
         (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
         (

@@ -82,7 +82,7 @@ class SkinPainter:
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
         self._tree = cKDTree(face.points)
-        self._sockets = [opening.lining(face.points, face.triangles, face.normals) for opening in self._openings]
+        self._sockets = [opening.lining(face.points, face.edges, face.normals) for opening in self._openings]
         where = face.frame.local_mm(face.points)
         ear, top = (face.frame.local_mm(face.landmarks[name]) for name in ("zygion_l", "trichion"))
         # A mesh is a whole head if it reaches far above the hairline and behind the ears.
@@ -92,8 +92,8 @@ class SkinPainter:
         """Return the colors (n, 3) of points of the face at rest."""
         landmarks, frame = self._face.landmarks, self._face.frame
         color = complexion(points, landmarks, frame)
-        aside, lined = self._face.frame.local_mm(points)[:, 0], self._lining.holds(points)
-        depth = np.where(lined | (np.abs(aside) < self._cavities.reach), self._cavities.depth(points), 0.0)
+        depth, lined = self._cavities.depth(points), self._lining.holds(points)
+        depth[~lined & self._cavities.beside(points)] = 0.0
         creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
         red = np.maximum(lips(points, landmarks, frame), creased)
         color += 0.7 * red[:, None] * (np.array(LIP_COLOR) - color)

@@ -149,8 +149,9 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     found: list[Samples] = []
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
-        away, room = np.linalg.norm(points - centre, axis=1), (1.0 / LID_ROOM - 1.0) * radius
-        lining = ((points - centre) @ eye.gaze < 0.0) & (away < radius + room)
+        offset, room = points - centre, (1.0 / LID_ROOM - 1.0) * radius
+        away = np.linalg.norm(offset, axis=1)
+        lining = (offset @ eye.gaze < 0.0) & (away < radius + room)
         near = (away < 1.6 * radius) & ~lining  # skin farther away cannot meet it
         found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
         solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))

@@ -109,7 +109,7 @@ def test_a_high_side_of_the_nose_that_faces_the_eye_is_no_lining_of_its_socket()
     for eye in face.eyes:
         opening = face.eyelid_openings[eye.side]
         assert (((face.points - eye.centre) * toward).sum(axis=1)[beside] < 0.0).sum() > 10
-        lining = opening.lining(face.points, face.triangles, toward)
+        lining = opening.lining(face.points, face.edges, toward)
         assert not lining[beside].any()
         inside = ring("sockets", 3)
         own = np.linalg.norm(face.points[inside] - eye.centre, axis=1) < EYE_DEPTH * eye.radius
