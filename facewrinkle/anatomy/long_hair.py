@@ -25,7 +25,7 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 200, 160, 140
+COLUMNS, LOCKS, STRANDS = 200, 140, 110
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
 KNOTS, LOCK_HAIRS = 23, 3
@@ -45,7 +45,7 @@ ROUNDING, LEAST = 1.5, 4.5
 it; no hair is lower than the second.
 """
 
-HEM = -40.0
+HEM = -36.0
 """Height of the hem over the chin at length 1."""
 
 BORDER = 32.0
@@ -202,9 +202,9 @@ def _bundle(
 
     They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these. The shortest of the
     locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
-    dark at its roots and below, and begins more evenly: there roots differ by 2 mm.
+    dark at its roots and below, and begins more evenly: there roots differ by 1 mm.
     """
-    loose, darker, power = (6.0, 0.4, 0.7) if falls else (3.0, 0.0, 1.0)
+    loose, darker, power = (6.0, 0.4, 0.4) if falls else (3.0, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
