@@ -189,7 +189,9 @@ class WaveField:
     @cached_property
     def _of_families(self) -> list[Array]:
         """Window, firmness, wavelength and depth at rest (n0, 4) of each family, at the base vertices."""
-        firm = firmness(self._face) if self._amounts is None else firmness(self._face) * self._amounts
+        folding = np.unique(np.concatenate([own.ground.used for own in self.lines.values()]))
+        firm = np.ones(len(self._length)) if self._amounts is None else self._amounts.copy()
+        firm[folding] *= firmness(self._face, folding)
         old = old_depths(self._face, self._age)
         return [
             np.stack([own.window, firm, self._length, own.window * old * np.sqrt(own.compression)], axis=1)

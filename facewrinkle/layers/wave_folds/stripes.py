@@ -214,7 +214,8 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     """Return the lines of one face on another of other triangles, where both have the same landmarks.
 
     Each point has the wave of the point that is the closest after the smooth map that takes landmarks to landmarks: as
-    many lines, as far apart as the skin between the landmarks is large.
+    many lines, as far apart as the skin between the landmarks is large. Wave vectors are carried back by the slopes of
+    the map, which are found at the base vertices.
 
     Parameters
     ----------
@@ -236,7 +237,9 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     """
     onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
     tree = BoxTree(home.points, home.triangles)
-    mapped, out = onto(face.points), {}
+    mapped, step, out = onto(face.points), 0.5 / face.unit, {}  # mm: within these the map is taken to be linear
+    slopes = np.stack([(onto(face.points + step * axis) - mapped) / step for axis in np.eye(3)], axis=1)
+    slopes *= home.unit / face.unit
     near = _closest(home, tree, mapped)
     for name, own in lines.items():
         compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
@@ -244,15 +247,11 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
         if not zone.any():
             continue
         ground = Ground(face, zone, level_for(face, zone, length))
-        places = ground.points / face.unit
-        start = onto(places) if ground.level else mapped[ground.used]
-        there = _closest(home, tree, start) if ground.level else near.taken(ground.used)
+        there = _closest(home, tree, onto(ground.points / face.unit)) if ground.level else near.taken(ground.used)
         inside = np.flatnonzero(own.zone[there.host])
-        wave, (phase, share) = np.zeros_like(places), np.zeros((2, len(places)))
+        wave, (phase, share) = np.zeros_like(ground.points), np.zeros((2, len(ground.points)))
         phase[inside], share[inside], waves = own.at(there, inside)
-        wave[inside] = _carried_back(
-            waves * (home.unit / face.unit), onto, places[inside], start[inside], 0.5 / face.unit
-        )
+        wave[inside] = np.einsum("nak,nk->na", ground.at(slopes)[inside], waves)
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 
@@ -264,15 +263,6 @@ def _closest(home: Face, tree: BoxTree, places: Array) -> SurfacePoints:
     return SurfacePoints(
         interpolated(home.points, corners, weights), home.normals[corners[:, 0]], corners, weights, host
     )
-
-
-def _carried_back(waves: Array, onto: Callable[[Array], Array], points: Array, start: Array, step: float) -> Array:
-    """Return wave vectors (n, 3) at points that a map takes to `start` (n, 3), where they are `waves` (n, 3).
-
-    They are products with the slopes of the map, which is taken to be linear over a `step` along each axis.
-    """
-    slopes = [((onto(points + step * axis) - start) * waves).sum(axis=1) / step for axis in np.eye(3)]
-    return np.stack(slopes, axis=1)
 
 
 def zone_of(face: Face, compression: Array) -> BoolArray:

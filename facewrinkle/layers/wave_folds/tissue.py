@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 from scipy.special import expit
 
 from ...anatomy import Face, LidMuscle, SheetMuscle, hair_cover, of_side, within
-from ...array_types import Array
+from ...array_types import Array, IntArray
 from ...geometry import smoothstep
 from ..compression import dyads
 
@@ -118,8 +118,9 @@ def scale_of(face: Face) -> float:
     return face.frame.scale * face.unit if face.landmarks else 1.0
 
 
-def firmness(face: Face) -> Array:
-    """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair.
+def firmness(face: Face, some: IntArray | slice = slice(None)) -> Array:
+    """Return the share (k,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair, at
+    `some` of the base vertices, or at all.
 
     ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm on a face of average size: over the cheek bone folds
     are whole, and thick cheeks bulge as a whole and stay smooth.
@@ -134,20 +135,21 @@ def firmness(face: Face) -> Array:
     >>> firmness(face)[at].round(1).tolist()
     [0.6, 0.0]
     """
-    depth = face.tissue.depth * face.unit / scale_of(face)
+    points, depth = face.points[some], face.tissue.depth[some] * face.unit / scale_of(face)
     firm = np.asarray(1.0 / (1.0 + (depth / 7.2) ** 6))
     for pattern in {id(muscle.folds): muscle.folds for muscle in face.muscles.values() if muscle.folds}.values():
         if pattern.wrinkles.waves:
-            firm = np.maximum(firm, pattern.envelope(face.points))
-    firm *= smoothstep((edge_distance(face) - EDGE[0]) / (EDGE[1] - EDGE[0]))
+            firm = np.maximum(firm, pattern.envelope(points))
+    firm *= smoothstep((edge_distance(face, some) - EDGE[0]) / (EDGE[1] - EDGE[0]))
+    left = (1.0 - HANGING * below_brows(face)) * (1.0 - GAP * between_bellies(face))
+    left *= 1.0 - ROLLING * np.sqrt(face.shut_lids)
     for name, muscle in face.muscles.items():
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
-            firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
+            left[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
     if face.landmarks:  # 2 mm before the hairline lines have half their depth; over 0.7 mm the rest falls by a factor e
-        firm *= expit(-(hair_cover(face.points, face.landmarks, face.frame) + 2.0) / 0.7)
-    firm *= (1.0 - HANGING * below_brows(face)) * (1.0 - GAP * between_bellies(face))
-    return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
+        firm *= expit(-(hair_cover(points, face.landmarks, face.frame) + 2.0) / 0.7)
+    return np.asarray(firm * left[some])
 
 
 def between_bellies(face: Face) -> Array:
@@ -203,9 +205,9 @@ def below_brows(face: Face) -> Array:
     return out
 
 
-def edge_distance(face: Face) -> Array:
-    """Return the distance (n0,) to the next border of the mesh, or through a flap to its other side, mm on a face of
-    average size; larger ones than those that matter may be infinite.
+def edge_distance(face: Face, some: IntArray | slice = slice(None)) -> Array:
+    """Return the distance (k,) of `some` of the base vertices, or of all, to the next border of the mesh, or through a
+    flap to its other side, mm on a face of average size; larger ones than those that matter may be infinite.
 
     Examples
     --------
@@ -216,19 +218,19 @@ def edge_distance(face: Face) -> Array:
     [1.7, inf]
     """
     points = face.points_mm / scale_of(face)
-    normals, tree = face.normals, cKDTree(points)
-    out = np.full(len(points), np.inf)
+    tree, places, normals = cKDTree(points), points[some], face.normals[some]
+    out = np.full(len(places), np.inf)
     for depth in (1.5, 3.5):  # at which the other side of a flap is looked for, among the six nearest vertices
-        for found in tree.query(points - depth * normals, k=min(6, len(points)))[1].T:
-            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, normals[found]) < -0.2)
+        for found in tree.query(places - depth * normals, k=min(6, len(points)))[1].T:
+            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, face.normals[found]) < -0.2)
             other = found[opposed]
-            way, facing = points[other] - points[opposed], normals[opposed]
-            behind = ((way * facing).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
+            way, facing = points[other] - places[opposed], normals[opposed]
+            behind = ((way * facing).sum(axis=1) < 0.0) & ((way * face.normals[other]).sum(axis=1) > 0.0)
             out[opposed[behind]] = np.minimum(out[opposed[behind]], np.linalg.norm(way[behind], axis=1))
     loops = face.boundary_loops
     if loops:
         border = cKDTree(points[np.concatenate(loops)])
-        out = np.minimum(out, border.query(points, distance_upper_bound=EDGE[1])[0])
+        out = np.minimum(out, border.query(places, distance_upper_bound=EDGE[1])[0])
     return out
 
 
