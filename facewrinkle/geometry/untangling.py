@@ -68,13 +68,13 @@ class Untangling:
         low = self._low(points, LEAST)
         if not len(low):
             return points
-        out = self._swept(points, low)
+        out, changed = self._swept(points, low)
         for _ in range(20):
-            left = self._low(out, 0.5 * LEAST)
+            left = self._lacking(out, changed, 0.5 * LEAST)
             if not len(left):
                 break
             points = self._smoothed(points, left)
-            out = self._swept(points, self._low(points, LEAST))
+            out, changed = self._swept(points, self._low(points, LEAST))
         return out
 
     def turned_over(self, points: Array) -> IntArray:
@@ -86,19 +86,24 @@ class Untangling:
         triangles, marked = self._triangles, np.zeros(len(points), np.bool_)
         if not _turned(points, triangles, self._cross, least, marked):
             return np.empty(0, np.int64)
-        chosen = _touching(triangles, marked)
+        return self._lacking(points, _touching(triangles, marked), least)
+
+    def _lacking(self, points: Array, chosen: IntArray, least: float) -> IntArray:
+        """Return those (k,) of chosen triangles with less than a share of their area at rest, likewise."""
         facing, double = self._facing(points, chosen)
-        shares = (area_vectors(points, triangles[chosen]) * facing).sum(axis=1) / double
+        shares = (area_vectors(points, self._triangles[chosen]) * facing).sum(axis=1) / double
         return np.asarray(chosen[(shares < least) & facing.any(axis=1)])
 
-    def _swept(self, points: Array, low: IntArray) -> Array:
-        """Return points (n, 3) at which the corners of low triangles have made room for them."""
+    def _swept(self, points: Array, low: IntArray) -> tuple[Array, IntArray]:
+        """Return points (n, 3) at which the corners of low triangles have made room for them, and the triangles (k,)
+        that these corners belong to.
+        """
         out, free = points.copy(), np.zeros(len(points), np.bool_)
         free[self._triangles[low]] = True
         around = _touching(self._triangles, free)
         # In at most 100 sweeps: what one triangle gets, the next one may lack.
         _turn_back(out, self._triangles, around, *self._facing(points, around), free, LEAST, 100)
-        return out
+        return out, around
 
     def _smoothed(self, points: Array, low: IntArray) -> Array:
         """Return points (n, 3), of which those around low triangles have gone half the way to the mean motion."""
@@ -112,9 +117,10 @@ class Untangling:
 
     def _facing(self, points: Array, chosen: IntArray) -> tuple[Array, Array]:
         """Normals (k, 3) of chosen triangles at rest, turned with the surface around them, and twice the areas (k,)."""
-        m = np.empty((len(chosen), 3, 3))
-        _correlations(points, self._points, self._triangles, chosen, *self._rings, m)
-        cross = self._cross[chosen]
+        used, corners = np.unique(self._triangles[chosen], return_inverse=True)
+        of_corner, cross = np.empty((len(used), 3, 3)), self._cross[chosen]
+        _correlations(points, self._points, used, *self._rings, of_corner)
+        m = of_corner[corners.reshape(-1, 3)].sum(axis=1)
         double = np.maximum(np.linalg.norm(cross, axis=1), 1e-300)
         facing = np.einsum("ti,tij->tj", cross, closest_rotations(m))
         return facing / double[:, None], double
@@ -144,29 +150,28 @@ def _turned(points, triangles, rest, least, marked):
 
 
 @compiled
-def _correlations(points, at_rest, triangles, chosen, offsets, ring, out):
-    """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen triangles.
+def _correlations(points, at_rest, chosen, offsets, ring, out):
+    """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen vertices (k,).
 
-    Each offset, from a corner to a vertex, counts once, and weighs as the inverse square of its length at rest.
+    Each offset, from a chosen vertex to another, counts once, and weighs as the inverse square of its length at rest.
     """
     out[:] = 0.0
-    counted = np.full(len(points), -1)  # by which corner each vertex was counted last
+    counted = np.full(len(points), -1)  # around which vertex each was counted last
     for i in range(len(chosen)):
-        for c in range(3):
-            v, corner = triangles[chosen[i], c], 3 * i + c
-            counted[v] = corner
-            for e in range(offsets[v], offsets[v + 1]):
-                _add_offset(points, at_rest, v, ring[e], corner, counted, out[i])
-                for f in range(offsets[ring[e]], offsets[ring[e] + 1]):
-                    _add_offset(points, at_rest, v, ring[f], corner, counted, out[i])
+        v = chosen[i]
+        counted[v] = v
+        for e in range(offsets[v], offsets[v + 1]):
+            _add_offset(points, at_rest, v, ring[e], counted, out[i])
+            for f in range(offsets[ring[e]], offsets[ring[e] + 1]):
+                _add_offset(points, at_rest, v, ring[f], counted, out[i])
 
 
 @compiled
-def _add_offset(points, at_rest, v, w, corner, counted, out):
+def _add_offset(points, at_rest, v, w, counted, out):
     """Add the product of the offsets from v to w at rest and now, over its square at rest, unless it was counted."""
-    if counted[w] == corner:
+    if counted[w] == v:
         return
-    counted[w] = corner
+    counted[w] = v
     square = 0.0
     for k in range(3):
         square += (at_rest[w, k] - at_rest[v, k]) ** 2
