@@ -120,9 +120,8 @@ class Untangling:
         used, corners = np.unique(self._triangles[chosen], return_inverse=True)
         of_corner, cross = np.empty((len(used), 3, 3)), self._cross[chosen]
         _correlations(points, self._points, used, *self._rings, of_corner)
-        m = of_corner[corners.reshape(-1, 3)].sum(axis=1)
         double = np.maximum(np.linalg.norm(cross, axis=1), 1e-300)
-        facing = np.einsum("ti,tij->tj", cross, closest_rotations(m))
+        facing = np.einsum("ti,tij->tj", cross, closest_rotations(of_corner[corners.reshape(-1, 3)].sum(axis=1)))
         return facing / double[:, None], double
 
 

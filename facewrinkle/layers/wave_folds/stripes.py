@@ -215,7 +215,7 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
 
     Each point has the wave of the point that is the closest after the smooth map that takes landmarks to landmarks: as
     many lines, as far apart as the skin between the landmarks is large. Wave vectors are carried back by the slopes of
-    the map, which are found at the base vertices.
+    the map, which are found about where the vertices of `home` lie on the other face, and interpolated.
 
     Parameters
     ----------
@@ -237,10 +237,9 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     """
     onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
     tree = BoxTree(home.points, home.triangles)
-    mapped, step, out = onto(face.points), 0.5 / face.unit, {}  # mm: within these the map is taken to be linear
-    slopes = np.stack([(onto(face.points + step * axis) - mapped) / step for axis in np.eye(3)], axis=1)
-    slopes *= home.unit / face.unit
-    near = _closest(home, tree, mapped)
+    near, out = _closest(home, tree, onto(face.points)), {}
+    back, step = fitted_map(home.landmarks, face.landmarks, home.frame, face.frame)(home.points), 0.5 / face.unit  # mm
+    slopes = np.hstack([(onto(back + step * axis) - onto(back)) / step for axis in np.eye(3)])
     for name, own in lines.items():
         compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
         zone = zone_of(face, compression)
@@ -251,7 +250,8 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
         inside = np.flatnonzero(own.zone[there.host])
         wave, (phase, share) = np.zeros_like(ground.points), np.zeros((2, len(ground.points)))
         phase[inside], share[inside], waves = own.at(there, inside)
-        wave[inside] = np.einsum("nak,nk->na", ground.at(slopes)[inside], waves)
+        turn = interpolated(slopes, there.corners[inside], there.barycentric[inside]).reshape(-1, 3, 3)
+        wave[inside] = np.einsum("nak,nk->na", turn, waves) * (home.unit / face.unit)
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 

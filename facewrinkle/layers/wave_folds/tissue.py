@@ -141,8 +141,11 @@ def firmness(face: Face, some: IntArray | slice = slice(None)) -> Array:
         if pattern.wrinkles.waves:
             firm = np.maximum(firm, pattern.envelope(points))
     firm *= smoothstep((edge_distance(face, some) - EDGE[0]) / (EDGE[1] - EDGE[0]))
-    left = (1.0 - HANGING * below_brows(face)) * (1.0 - GAP * between_bellies(face))
-    left *= 1.0 - ROLLING * np.sqrt(face.shut_lids)
+    left = (
+        (1.0 - HANGING * below_brows(face))
+        * (1.0 - GAP * between_bellies(face))
+        * (1.0 - ROLLING * np.sqrt(face.shut_lids))
+    )
     for name, muscle in face.muscles.items():
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
