@@ -46,7 +46,7 @@ def dataset(
     preview
         Only draw 24 people into OUT.png: a quick preview before the long run.
     quiet
-        Print nothing.
+        Print only errors.
     """
     from ..dataset import Spec, generate  # which take a while to load; --help needs none
     from ..dataset.shards import read_table

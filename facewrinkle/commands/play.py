@@ -40,7 +40,7 @@ class TakeOptions:
     person
         Whose face, in a file that shows several.
     degrees
-        The turn of the head is in degrees, or in radians. Default: degrees if it exceeds 2.
+        The turn of the head is in degrees. Default: if it exceeds 2; otherwise it is in radians.
     """
 
     take_fps: float | None = None
@@ -125,7 +125,7 @@ def play(
         simulation = Simulation(face, refinement, layers=layers, time_step=time_step, motion=motion)
     steps = max(int(np.ceil(duration / step - 1e-6)), 1)
     check_whole("the number of steps of the clip", steps, 1, 100_000, "Raise --speed.")
-    recorder = Recorder(output.folder(file.stem), file.stem, output, report)
+    recorder = Recorder(output.folder(file.stem, source.label), file.stem, output, report)
     played = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step, simulation)
     with Scenes(face) as scenes:
         deepest = _record(played, recorder, scenes, styles, count)

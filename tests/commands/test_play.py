@@ -1,6 +1,7 @@
 """``facewrinkle play`` from outside: what it prints, what it writes, and with which code it ends."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,3 +151,13 @@ def test_a_take_of_any_tracker_is_printed_as_a_table(tmp_path, run):
     run("take", str(take), "--out", str(table))
     assert table.read_text() == expected
     assert "no file" in run("take", str(tmp_path / "lost.csv"), code=1).err
+
+
+@pytest.mark.slow
+def test_each_face_that_performs_a_take_has_its_folder(tmp_path, run, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("take.csv").write_text("time,browInnerUp\n0,0\n0.04,1\n")
+    play = ["play", "take.csv", "--no-movie", "--moments", "1", *SMALL]
+    run(*play)
+    assert "removed" not in run(*play, "--identity", "jaw=1").out
+    assert {path.parent for path in Path("output").rglob("*.png")} == {Path("output/take"), Path("output/jaw=1/take")}
