@@ -486,14 +486,14 @@ FEW = {
     "nothing": (pv.PolyData(), "no points"),
     "NaN": (to_polydata(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])), "NaN"),
     "on a line": (to_polydata(np.outer(np.arange(3.0), [1, 1, 1]), np.array([[0, 1, 2]])), "no triangles with an area"),
-    "one triangle": (to_polydata(np.eye(3), np.array([[0, 1, 2]])), "no face was found.*as 1 of 1 hang together"),
+    "one triangle": (to_polydata(np.eye(3), np.array([[0, 1, 2]])), "no face was found.*piece has 1 of 1 triangles"),
     "soup": (
         to_polydata(np.random.default_rng(0).normal(size=(9000, 3)), np.arange(9000).reshape(-1, 3)),
-        r"as 1 of 3000 hang together; 200 are needed",
+        "piece has 1 of 3000 triangles, and at least 200 are needed",
     ),
     "noise": (_noise(200_000), r"no surface, as their area is \d+ times the squared diagonal"),
     "noise beside a far point": (_noise(9000, far=1e5), r"no surface, as their area is \d+ times"),
-    "coarse ball": (pv.Sphere(theta_resolution=10, phi_resolution=11), "as 180 of 180 hang together; 200"),
+    "coarse ball": (pv.Sphere(theta_resolution=10, phi_resolution=11), "has 180 of 180 triangles, and at least 200"),
 }
 
 

@@ -307,9 +307,9 @@ def check_surface(points: Array, triangles: IntArray) -> None:
     connected = np.bincount(_labeled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
-            f"no face was found on the mesh: its triangles are no surface that could show one, as {connected} of "
-            f"{len(triangles)} hang together; {FEWEST_TRIANGLES} are needed at least. Give a finer mesh, or at "
-            "least three landmarks that are not in a line."
+            f"no face was found on the mesh: its largest connected piece has {connected} of {len(triangles)} "
+            f"triangles, and at least {FEWEST_TRIANGLES} are needed. Give a finer mesh, or at least three landmarks "
+            "that are not in a line."
         )
     centres = points[triangles].mean(axis=1)
     low, high = np.quantile(centres, (0.01, 0.99), axis=0)  # points far off do not make the box larger
