@@ -167,7 +167,7 @@ def _tied(
     first = past - deep[hairs, past] / (deep[hairs, past] - deep[hairs, past - 1]) - random.uniform(0.0, 1.0, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
-    lift = (1.5 + 3.0 * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.2 * random.normal(size=(COLUMNS, 1)))
+    lift = (1.5 + 3.0 * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.1 * _even(random, (COLUMNS,), 2.0)[:, None])
     lines += lift[..., None] * unit(lines - middle)
     combed = _bundle(random, hull, lines, np.full(COLUMNS, KNOTS - 1.0))
     tie, thick = hull.reached(middle, back), 12.0 * (0.7 + 0.6 * dense)  # radius of a tail, and of what is wound
@@ -327,8 +327,8 @@ def _locks(
     points = _between(lines, ends[:, None] * (begin + (end - begin) * t**ROOTS_DENSER))
     up = hull(points)[1]
     aside = unit(np.cross(np.gradient(points, axis=1), up))
-    # Locks are 1.2 mm over the sheet, or more.
-    off = 1.2 + loose * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(t)
+    # Locks come out of the sheet, and are 0.5 mm over it, or more.
+    off = (0.8 + loose * random.uniform(0.0, 1.0, shape) ** 2) * smoothstep(5.0 * t) - 0.3
     stray = random.normal(0.0, 0.8 * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
     points += off[..., None] * up + stray[..., None] * aside
     half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - 0.7 * t**3)

@@ -50,8 +50,8 @@ END_RADIUS = 5.0
 BEHIND_TEETH = 3.0
 """Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
 
-GUM = np.array([172.0, 92.0, 88.0])
-"""Color of the gum."""
+GUM = np.array([195.0, 112.0, 105.0])
+"""Color of the gum, in the light of the teeth beside it."""
 
 CROWN_SIDES, CROWN_RINGS = 14, 7
 """Points around a crown, and rings of them from its edge into the gum."""
