@@ -43,7 +43,7 @@ COMMANDS = {
     "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
     "compile": ("compile:compile_all", "Compile ahead of time, so that the first run does not have to wait."),
     "atlas": ("info:atlas", "Print the atlas of muscles, action units and expressions as TOML, to edit."),
-    "take": ("play:take", "Print a recorded take as a table of weights by ARKit's names."),
+    "take": ("play:take", "Print a recorded take as a table of weights."),
     "dataset": ("dataset:dataset", "Generate labeled pictures of faces for training."),
     "demo": ("express:demo", "Write pictures and movies of the paper's five expressions."),
 }

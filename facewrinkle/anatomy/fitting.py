@@ -230,7 +230,7 @@ def _left_out(face: Face) -> list[str]:
     said = []
     if sides:
         which = {"l": "the left eye", "r": "the right eye", "lr": "both eyes"}["".join(sides)]
-        said.append(f"The skin has no opening before {which}, closed or one piece with it: such lids do not move.")
+        said.append(f"The skin has no opening in front of {which} (shut, or one piece with it): the lids do not move.")
     if face.muscles and not face.mouth_opens:
         both = " that reaches both sides" if face.mouth_half_open else ""
         said.append(f"The skin has no opening between the lips{both}: the jaw stays, and the mouth does not open.")

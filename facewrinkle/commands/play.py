@@ -196,7 +196,7 @@ def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Styl
 
 
 def take(file: Path, /, *, options: TakeOptions = TakeOptions(), out: Path | None = None) -> None:
-    """Print the take of a phone or tracker as a table: seconds, and weights from 0 to 1 by ARKit's names.
+    """Print a take as a table: seconds, and weights from 0 to 1, by ARKit's names or by action units.
 
     Parameters
     ----------

@@ -58,6 +58,7 @@ SHORTER = {
     "express": "--frames 2 --size 64",
     "studio": "--no-browser",
     "rig": "--shapes browInnerUp+jawOpen",
+    "blender": "",
     "dataset": "small.toml",
 }
 """What makes the commands of README shorter: frames, pixels, shapes and people; and no window."""
