@@ -120,7 +120,7 @@ def test_a_high_side_of_the_nose_that_faces_the_eye_is_no_lining_of_its_socket()
 @pytest.mark.parametrize("rings", [((0.8, 3.0), (0.4, 5.0)), ((0.9, -1.0), (0.5, -3.0)), ((0.7, 6.5), (0.3, 7.5))])
 def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
     """Hollow ones such as statues have, and bulging ones: nothing opens, and nothing is drawn together to a spike."""
-    with pytest.warns(fw.FaceWrinkleWarning, match="no opening before both eyes") as said:
+    with pytest.warns(fw.FaceWrinkleWarning, match="no opening in front of both eyes") as said:
         statue = fw.fit_face(fw.mesh.to_polydata(*filled(face, *rings)), face.landmarks, units="mm")
     assert len(said) == 1
     assert not statue.eyelid_openings

@@ -66,7 +66,7 @@ def test_balls_lie_behind_lids_that_are_shut(face, shift):
 
 def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
     points, triangles = filled(face)
-    with pytest.warns(fw.FaceWrinkleWarning, match="no opening before both eyes"):
+    with pytest.warns(fw.FaceWrinkleWarning, match="no opening in front of both eyes"):
         closed = fw.fit_face(pv.PolyData.from_regular_faces(points, triangles), face.landmarks, units="mm")
     assert not any(isinstance(closed.muscles[name], LidMuscle | EyeMuscle) for name in closed.joint_weights)
     assert not any(name.startswith("orbicularis_oculi") for name in closed.joint_weights)

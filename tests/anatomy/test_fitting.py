@@ -252,8 +252,8 @@ def test_lids_are_shut_or_not_by_the_eyes_of_the_file(face, monkeypatch):
             whole = fw.fit_face(face.mesh + ball, face.landmarks)
         assert whole.eyes[0].radius == pytest.approx(radius, rel=0.02)
         assert ("l" not in whole.eyelid_openings) == shut
-        assert any("no opening before the left eye" in str(one.message) for one in told) == shut
-        assert any("no opening before the left eye" in sentence for sentence in whole.report) == shut
+        assert any("no opening in front of the left eye" in str(one.message) for one in told) == shut
+        assert any("no opening in front of the left eye" in sentence for sentence in whole.report) == shut
 
 
 def off_by(face, name, mm, degrees):
