@@ -1,7 +1,7 @@
 """Features that are measured on the shape.
 
-The corners of a closed mouth are the ends of the furrow between the lips wherever it is drawn to, and the lower lip
-bulges. The profile of the chin bends where it turns under. Lengths are in distances between the pupils.
+The corners of a mouth are the ends of the furrow or opening between the lips wherever they are drawn to, and the lower
+lip bulges. The profile of the chin bends where it turns under. Lengths are in distances between the pupils.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
 
 
 def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float] | None:
-    """Return the corners of a closed mouth, and the height at which the lips meet in the middle.
+    """Return the corners of a mouth, and the height at which the lips meet in the middle, or the lower one begins.
 
-    The corners are the ends of the furrow between the lips, seen from the front; None where there is no clear one.
+    The corners are the ends of the furrow or opening between the lips, seen from the front; None where there is no
+    clear one.
 
     Parameters
     ----------
@@ -95,13 +96,14 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
     """The ends (2, 2) of the longest and deepest furrow near the middle of the lips, and its height there."""
     depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
-    strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 0.0), expected.mean(axis=0)
+    # An opening counts as much as the furrow between lips that hardly part.
+    strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 1.0), expected.mean(axis=0)
     columns, below = np.abs(MOUTH_GRID.x - middle[0]) < 0.12, np.abs(MOUTH_GRID.y - middle[1])  # where it begins
     profile = np.where(below < 0.15, strength[:, columns].mean(axis=1), -np.inf)
     clear = 3.5 * float(np.median(np.abs(strength[below < 0.35])))  # beyond the roughness of the skin around it
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if profile[row] > max(profile[row - 1], profile[row + 1], clear):
+        if profile[row] > max(profile[row - 1], clear) and profile[row] >= profile[row + 1]:
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             if full == 0.0:  # fewer than half of the columns have a furrow
@@ -145,11 +147,11 @@ def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -
 # --- the chin: its profile is seen from before and below, where the bend is foremost ----------------------------------
 
 
-def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float | None]:
-    """Return the lowest place of the chin (3,) in the face's coordinates, and the height of its most prominent place.
+def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, Array | None]:
+    """Return the lowest and the most prominent place (3,) of the chin in the face's coordinates.
 
-    Where the mesh ends soon after the chin turns under, or before, the height is None, and the place the expected one,
-    or one below it, where the profile begins to turn under or ends.
+    Where the mesh ends soon after the chin turns under, or before, the second is None, and the first the expected
+    place, or one below it, where the profile begins to turn under or ends.
 
     Parameters
     ----------
@@ -183,8 +185,9 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
         return expected, None
     up, profile = grid.y[first:last], middle[first:last]
 
+    rows = np.arange(len(up))
+
     def place(row: float) -> Array:
-        rows = np.arange(len(up))
         return np.asarray(tilt.T @ [x, np.interp(row, rows, up), np.interp(row, rows, profile)])
 
     slope = gaussian_filter1d(np.gradient(profile, grid.step), 0.1 / grid.step, mode="nearest")  # of large bends
@@ -199,11 +202,12 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
             return expected, None
         # The profile leans back by at least 50 degrees at the lowest place of the chin (42 to 71 on labeled faces).
         under = np.flatnonzero((np.arctan(slope) + from_below > np.radians(50.0)) & (up < y + near_menton))
-        return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
+        return place(min(float(np.interp(y, up, rows)), float(under.max(initial=0)))), None
     # From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent
     # place of its front (0.16 to 0.23).
-    lowest = np.interp(along[at] - 0.05, along, np.arange(len(up)))
-    return place(float(lowest)), float(place(at)[1] + 0.19)
+    height = cos * up - sin * profile
+    front = np.interp(height[at] + 0.19, height[at:], rows[at:])
+    return place(float(np.interp(along[at] - 0.05, along, rows))), place(float(front))
 
 
 # --- eyebrows: dark bands of the photo on a scan, across the ridges above the eyes ------------------------------------

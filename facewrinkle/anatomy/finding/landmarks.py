@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ from .features import below_furrow, chin, furrow
 from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
+
+CORNERS = MOUTH_LANDMARKS[:2]
 
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
@@ -164,16 +166,28 @@ def placed_landmarks(
         for m, landmarks in zip(matches, variants, strict=True)
     ]
     correlations = dict(zip(NAMES, np.transpose(around), strict=True))
-    mouth = int(np.argmax(np.mean([correlations[name] for name in MOUTH_LANDMARKS], axis=0)))
+    alike = np.mean([correlations[name] for name in MOUTH_LANDMARKS], axis=0)
+    mouth = int(np.argmax(alike))
     places, certainty = _consensus(matches, variants, correlations, mouth)
-    measured: tuple[str, ...] = ()
-    if not matches[mouth].mouth_open:
-        measured = (*_close_mouth(points, triangles, match, places), *_place_chin(points, triangles, match, places))
+    found = furrow(points, triangles, match.pose, _mouth_of(match, places))
+    if found is not None:
+        corners = [_placed(m, variant, MOUTH_LANDMARKS)[:2] for m, variant in zip(matches, variants, strict=True)]
+        # A variant whose corners lie elsewhere has another mouth.
+        apart = match.pose.local(np.array(corners))[..., :2] - found[0]
+        alike -= 0.5 * np.linalg.norm(apart, axis=2).mean(axis=1)
+        mouth = int(np.argmax(alike))
+        places, certainty = _consensus(matches, variants, correlations, mouth)
+    opened = matches[mouth].mouth_open
+    measured = (
+        *_place_mouth(points, triangles, match, places, opened),
+        *_place_chin(points, triangles, match, places),
+    )
     for name in places:
         # The second is the correlation of faces that are like the template there.
         certainty[name] = share(certainty[name], (0.70, 0.95))
-    if not (matches[mouth].mouth_open or "lower_lip_mid" in measured):
-        certainty["lower_lip_mid"] *= 0.5
+    to_measure = CORNERS if opened else (*CORNERS, "lower_lip_mid")
+    for name in set(to_measure) - set(measured):
+        certainty[name] *= 0.5
     for name in CHIN:  # measured where it is seen to turn under
         certainty[name] = max(certainty[name], 0.7) if name in measured else 0.5 * certainty[name]
     tip = peak(match.surface.depth, FINE, match.pose.local(places["nose_tip"])[:2])
@@ -213,43 +227,52 @@ def _consensus(
     return places, certainty
 
 
-def _close_mouth(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
-    """Move the landmarks of a closed mouth and of the chin to where its furrow is.
+def _mouth_of(match: Match, places: Mapping[str, Array]) -> Array:
+    """Landmarks (4, 2) of the mouth in the front view."""
+    return match.pose.local(np.array([places[name] for name in MOUTH_LANDMARKS]))[:, :2]
+
+
+def _place_mouth(
+    points: Array, triangles: IntArray, match: Match, places: dict[str, Array], opened: bool
+) -> tuple[str, ...]:
+    """Move the corners of the mouth to the ends of its furrow or opening; lips and chin go along if it is closed.
 
     Return the names of those that were measured on the furrow and below it.
     """
-    expected = match.pose.local(np.array([places[name] for name in MOUTH_LANDMARKS]))[:, :2]
+    expected = _mouth_of(match, places)
     found = furrow(points, triangles, match.pose, expected)
     if found is None:
         return ()
     ends, meeting = found
     ends = expected[:2] + certain(ends - expected[:2])
+    places |= dict(zip(CORNERS, _raised(match, ends, match.surface.depth), strict=True))
+    if opened:
+        return CORNERS
     left, right = ends[:, 0] - expected[:2, 0]
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
     lips = expected[2:] + np.array([sideways, raised])
-    places |= dict(zip(MOUTH_LANDMARKS, _raised(match, np.concatenate([ends, lips]), match.surface.depth), strict=True))
+    places |= dict(zip(MOUTH_LANDMARKS[2:], _raised(match, lips, match.surface.depth), strict=True))
     chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
     places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
     lip = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
     if lip is None:
-        return MOUTH_LANDMARKS[:2]
+        return CORNERS
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
-    return (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
+    return (*CORNERS, "lower_lip_mid")
 
 
 def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
     """Move the landmarks of the chin to where its profile turns under; return the names of those that were measured."""
-    lowest, height = chin(points, triangles, match.pose, match.pose.local(places["menton"]))
+    lowest, front = chin(points, triangles, match.pose, match.pose.local(places["menton"]))
     places["menton"] = match.pose.world(lowest)
-    if height is None:
+    if front is None:
         return ()
-    front = np.array([[match.pose.local(places["pogonion"])[0], height]])
-    places["pogonion"] = _raised(match, front, match.surface.depth)[0]
+    places["pogonion"] = match.pose.world(front)
     return CHIN
 
 
-def _placed(match: Match, landmarks: Mapping[str, Array], names: list[str]) -> Array:
+def _placed(match: Match, landmarks: Mapping[str, Array], names: Sequence[str]) -> Array:
     """Places (k, 3) of a variant's landmarks on the surface."""
     flat = match.warp(_flat(landmarks, names))
     places = _raised(match, flat, match.surface.depth)
