@@ -24,6 +24,9 @@ POCKET_RINGS, OVAL_HEIGHT = ((0.34, 0.05), (0.46, 0.3), (0.45, 0.85)), 0.75
 relative to their width.
 """
 
+PLACES = np.linspace(-0.25, 0.25, 5)
+"""Where it is looked whether lips are apart, to the left of their middle, in distances between the pupils."""
+
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
 """Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
 distances between the pupils.
@@ -64,12 +67,12 @@ class Mouth:
         centre = lips_middle(face.landmarks)
         self._size, self._scale, self._axes = face.frame.pupil_distance, face.frame.scale, face.frame.axes
         self.loop = _mouth_loop(face, centre)
-        ends = self._middles(face) if len(self.loop) else _lips_of_bag(face, centre)
-        if ends is None:
-            return
-        self._ends, self.bag = ends, not len(self.loop)
-        self._rest_gap = self._gap(face.points)
         self._rest_rim = face.points[self.loop]
+        across = self._lips_of_hole(centre) if len(self.loop) else _lips_of_bag(face, centre)
+        if not across.size:
+            return
+        self._across, self.bag = across, not len(self.loop)
+        self._rest_gaps = self._gaps(face.points)
         self._mandible = face.mandible
         self._centre = centre
         flat, lined = (face.points - centre) @ self._axes[:2].T / self._size, face.lining.vertices
@@ -104,16 +107,15 @@ class Mouth:
         """Points (n, 3) of a tongue on a closed jaw; see :func:`facewrinkle.anatomy.tongue.tongue_points`."""
         return np.asarray(self.teeth[1].edge + self._scale * tongue_points(out, crest) @ self._axes)
 
-    def _middles(self, face: Face) -> tuple[int, int]:
-        """The two vertices of the loop in the middle of the lips: nearest to the midline on either side of it."""
-        aside = np.abs((face.points[self.loop] - face.frame.origin) @ self._axes[0])
-        n, first = len(self.loop), int(np.argmin(aside))
-        across = [(first + step) % n for step in range(n // 4, n - n // 4)]
-        return int(self.loop[first]), int(self.loop[min(across, key=lambda at: float(aside[at]))])
+    def _lips_of_hole(self, centre: Array) -> IntArray:
+        """Vertices (2, k) of the upper and the lower lip at :data:`PLACES`."""
+        left = (self._rest_rim - centre) @ self._axes[0] / self._size
+        lips = [np.where(one, np.abs(left - PLACES[:, None]), np.inf) for one in (self._upper, ~self._upper)]
+        return np.asarray(self.loop[np.argmin(lips, axis=2)])
 
-    def _gap(self, points: Array) -> float:
-        """Distance between the middles of the lips, along the face's vertical."""
-        return float(abs((points[self._ends[0]] - points[self._ends[1]]) @ self._axes[1]))
+    def _gaps(self, points: Array) -> Array:
+        """Distances (k,) of the lower lip from the upper one, along the face's vertical."""
+        return np.asarray(np.abs((points[self._across[0]] - points[self._across[1]]) @ self._axes[1]))
 
     def _part(self, points: Array, triangles: IntArray, paint: npt.ArrayLike) -> pv.PolyData:
         """A mesh in the mouth at rest with its normals, and with paint that is darker and redder the farther back."""
@@ -134,10 +136,10 @@ class Mouth:
         return self.bag or len(self.loop) > 0
 
     def parted(self, points: Array) -> bool:
-        """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest, by more
-        than 1.2 % of the distance between the pupils.
+        """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest somewhere,
+        by more than 1.2 % of the distance between the pupils.
         """
-        return self.opens and self._gap(points) - self._rest_gap > 0.012 * self._size
+        return self.opens and float((self._gaps(points) - self._rest_gaps).max()) > 0.012 * self._size
 
     def pocket(self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None) -> pv.PolyData:
         """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3).
@@ -167,16 +169,22 @@ class Mouth:
         return reshaped(self._blank_pocket, np.vstack([rim, self._behind_skin(opened, points)]))
 
     @cached_property
-    def _oval(self) -> Array:
-        """Places (n, 3) on an oval, [left, up, 0], that the vertices around the mouth go to behind the lips.
+    def _upper(self) -> npt.NDArray[np.bool_]:
+        """True for the vertices around the mouth that belong to the upper lip.
 
         They depend on the lips at rest alone: lips that press on each other have no vertical order.
         """
-        local = (self._rest_rim - self._rest_rim.mean(axis=0)) @ self._axes.T
-        n, first, last = len(local), int(np.argmax(local[:, 0])), int(np.argmin(local[:, 0]))
+        left, up = self._axes[:2] @ self._rest_rim.T
+        n, first, last = len(left), int(np.argmax(left)), int(np.argmin(left))
         one = (np.arange(n) - first) % n < (last - first) % n  # from the left corner to the right one
-        upper = one if local[one, 1].mean() > local[~one, 1].mean() else ~one
-        up = np.sqrt(1.0 - (local[:, 0] / np.abs(local[:, 0]).max()) ** 2) * np.where(upper, 1.0, -1.0)
+        return one if up[one].mean() > up[~one].mean() else ~one
+
+    @cached_property
+    def _oval(self) -> Array:
+        """Places (n, 3) on an oval, [left, up, 0], that the vertices around the mouth go to behind the lips."""
+        local = (self._rest_rim - self._rest_rim.mean(axis=0)) @ self._axes.T
+        n = len(local)
+        up = np.sqrt(1.0 - (local[:, 0] / np.abs(local[:, 0]).max()) ** 2) * np.where(self._upper, 1.0, -1.0)
         oval = np.stack([local[:, 0] / (0.4 * self._size), up, np.zeros(n)], axis=1)
         return np.asarray(unit(oval) * [1.0, OVAL_HEIGHT, 1.0])
 
@@ -277,18 +285,17 @@ def _mouth_loop(face: Face, centre: Array) -> IntArray:
     return found
 
 
-def _lips_of_bag(face: Face, centre: Array) -> tuple[int, int] | None:
-    """The two vertices in the middle of the lips where these meet; None if the skin does not go on behind them."""
+def _lips_of_bag(face: Face, centre: Array) -> IntArray:
+    """Vertices (2, k) of the upper and the lower lip where these meet, at those of :data:`PLACES` that have both; none
+    if the skin does not go on behind the lips.
+    """
     local = (face.points - centre) @ face.frame.axes.T / face.frame.pupil_distance
     depth = face.cavities.depth(face.points)
     if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():
-        return None
+        return np.empty((2, 0), np.int64)
     up = face.normals @ face.frame.axes[1]
-    near = (np.abs(local[:, 0]) < 0.1) & (np.abs(local[:, 1]) < 0.25) & (local[:, 2] > -0.2)
-    ends = []
-    for sign in (-1.0, 1.0):  # the upper lip faces down where it meets the lower one
-        at = np.flatnonzero(near & (sign * up > 0.5) & (depth < IN_MOUTH))
-        if not len(at):
-            return None
-        ends.append(int(at[np.argmin(np.abs(local[at, 0]) + 2.0 * np.abs(local[at, 1]))]))
-    return ends[0], ends[1]
+    aside, high = np.abs(local[:, 0] - PLACES[:, None]), np.abs(local[:, 1])
+    near = (aside < 0.1) & (high < 0.25) & (local[:, 2] > -0.2) & (depth < IN_MOUTH)
+    # The upper lip faces down where it meets the lower one.
+    lips = np.stack([np.where(near & (sign * up > 0.5), aside + 2.0 * high, np.inf) for sign in (-1.0, 1.0)])
+    return np.asarray(lips.argmin(axis=2)[:, np.isfinite(lips.min(axis=2)).all(axis=0)])

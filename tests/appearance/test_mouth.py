@@ -54,6 +54,14 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
     assert not white[1][rows, columns].any()
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_lips_that_meet_in_the_middle_are_parted_where_they_are_apart(face, sign):
+    beside, lowered = np.maximum(sign * face.points[:, :1] - 4.0, 0.0), face.points.copy()
+    lowered -= np.minimum(0.3 * beside, 3.0) * face.mandible_share[:, None] * face.frame.axes[1]
+    assert Mouth(face).parted(lowered)
+    assert not Mouth(face).parted(face.points + 3.0 * face.frame.axes[1])
+
+
 def test_gum_and_pocket_stay_behind_a_chin_that_is_pushed_back(face):
     """Teeth have one size: these would come out through receding chins. Teeth between the lips stay where they are."""
     mouth, ahead = Mouth(face), face.frame.axes[2]
