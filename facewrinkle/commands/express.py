@@ -360,7 +360,7 @@ def show_session(path: Path, output: OutputOptions, report: Report) -> None:
         recorder.write_series([moment.frame for moment in session.frames(subject)], player.times)
     if output.save_animation is not None:
         recorder.named.append(session.animation(output.save_animation, subject, report.progress))
-    recorder.tabulate(path.name, {"triangles": f"{subject.face.n_cells} → {frame.n_cells}"})
+    recorder.tabulate(path.name, {"triangles": f"{subject.face.n_cells} to {frame.n_cells}"})
 
 
 def _look(output: OutputOptions) -> dict[str, Any]:

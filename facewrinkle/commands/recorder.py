@@ -183,10 +183,11 @@ class Recorder:
 
     def tabulate(self, title: str, rows: Mapping[str, str]) -> None:
         """Print what came out, and the names of all files; remove those of the last run that were not written anew."""
-        names = "\n".join(sorted(path.name for path in [*self.files, *self.named]))
-        stale = remove_stale(self.folder / f".{self.stem}.files", self.files)
+        files = {f"files in {self.folder}": [path.name for path in self.files], "animation": [*map(str, self.named)]}
+        written = {where: "\n".join(sorted(names)) for where, names in files.items() if names}
         held = {f"{self.output.save_mesh} holds": HELD} if self.output.save_mesh in ("obj", "ply") else {}
-        self.report.table(title, {**rows, **held, f"files in {self.folder}": names, **removed_rows(stale)})
+        removed = removed_rows(remove_stale(self.folder / f".{self.stem}.files", self.files))
+        self.report.table(title, {**rows, **held, **written, **removed})
 
     def _path(self, ending: str) -> Path:
         return self.folder / f"{self.stem}{ending}"
