@@ -105,7 +105,7 @@ def read_animation(
             return read_usd(path, mesh)
     raise MeshError(
         f"{path.name}: animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received "
-        f"{path.suffix!r}."
+        f"{path.suffix!r}. Takes of phones and trackers are .csv, .tsv, .txt or .json files."
     )
 
 
