@@ -37,7 +37,7 @@ from facewrinkle.anatomy.finding.matching import (
     surface_map,
     template_map,
 )
-from facewrinkle.anatomy.finding.template import Grid, Pose, curvature, depth_map, peak, template
+from facewrinkle.anatomy.finding.template import AT_REST, Grid, Pose, curvature, depth_map, peak, template
 from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import MOUTH_LANDMARKS, NAMES, frame_of, read_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
@@ -183,6 +183,21 @@ def test_corners_of_the_mouth_are_found_where_they_are_drawn_to(drawn, noise):
     ball = pv.Icosphere(radius=1.4, nsub=5)  # a smooth chin has no corners of a mouth
     smooth = np.asarray(ball.points, dtype=np.float64) * [0.8, 1.2, 0.8] + [0.0, -0.5, -0.8]
     assert furrow(smooth, ball.regular_faces, pose, expected[:, :2]) is None
+
+
+@pytest.mark.parametrize("bag", [False, True])
+def test_corners_of_an_open_mouth_are_the_ends_of_its_opening(bag):
+    """A hole, or a bag with a wall behind the lips."""
+    face = template(len(AT_REST) + 1)
+    mesh = to_polydata(face.points, face.triangles)
+    expected = np.array([face.landmarks[n] for n in MOUTH_LANDMARKS])
+    if bag:
+        wall = pv.Plane(center=expected.mean(axis=0) - [0.0, 0.0, 0.45], i_size=0.9, j_size=0.9, direction=(0, 0, 1))
+        mesh = mesh.append_polydata(wall.triangulate())
+    pose, off = Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)), np.array([0.1, -0.05])
+    found, _ = furrow(np.asarray(mesh.points, float), mesh.regular_faces, pose, expected[:, :2] + off)
+    assert face.mouth_open
+    assert np.linalg.norm(found - expected[:2, :2], axis=1).max() < 0.05
 
 
 def _masked(mesh, marks):

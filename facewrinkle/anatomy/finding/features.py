@@ -95,9 +95,11 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
 
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
     """The ends (2, 2) of the longest and deepest furrow near the middle of the lips, and its height there."""
-    depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
+    seen = depth_map(local, triangles, MOUTH_GRID)
+    depth, known = openings_closed(seen, MOUTH_GRID)
+    hollow = seen < openings_closed(seen, MOUTH_GRID, mouth_open=True)[0] - 0.1
     # An opening counts as much as the furrow between lips that hardly part.
-    strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 1.0), expected.mean(axis=0)
+    strength, middle = np.where(known & ~hollow, furrows(depth, MOUTH_GRID), 1.0), expected.mean(axis=0)
     columns, below = np.abs(MOUTH_GRID.x - middle[0]) < 0.12, np.abs(MOUTH_GRID.y - middle[1])  # where it begins
     profile = np.where(below < 0.15, strength[:, columns].mean(axis=1), -np.inf)
     clear = 3.5 * float(np.median(np.abs(strength[below < 0.35])))  # beyond the roughness of the skin around it

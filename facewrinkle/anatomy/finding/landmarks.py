@@ -21,7 +21,8 @@ from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
-CORNERS = MOUTH_LANDMARKS[:2]
+CORNERS, SHOWN = MOUTH_LANDMARKS[:2], (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
+"""The corners of the mouth, and all landmarks that are doubted where its furrow or opening does not show them."""
 
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
@@ -177,16 +178,14 @@ def placed_landmarks(
         alike -= 0.5 * np.linalg.norm(apart, axis=2).mean(axis=1)
         mouth = int(np.argmax(alike))
         places, certainty = _consensus(matches, variants, correlations, mouth)
-    opened = matches[mouth].mouth_open
     measured = (
-        *_place_mouth(points, triangles, match, places, opened),
+        *_place_mouth(points, triangles, match, places, matches[mouth].mouth_open),
         *_place_chin(points, triangles, match, places),
     )
     for name in places:
         # The second is the correlation of faces that are like the template there.
         certainty[name] = share(certainty[name], (0.70, 0.95))
-    to_measure = CORNERS if opened else (*CORNERS, "lower_lip_mid")
-    for name in set(to_measure) - set(measured):
+    for name in set(SHOWN) - set(measured):
         certainty[name] *= 0.5
     for name in CHIN:  # measured where it is seen to turn under
         certainty[name] = max(certainty[name], 0.7) if name in measured else 0.5 * certainty[name]
@@ -237,7 +236,7 @@ def _place_mouth(
 ) -> tuple[str, ...]:
     """Move the corners of the mouth to the ends of its furrow or opening; lips and chin go along if it is closed.
 
-    Return the names of those that were measured on the furrow and below it.
+    Return the names of those that are seen there.
     """
     expected = _mouth_of(match, places)
     found = furrow(points, triangles, match.pose, expected)
@@ -247,7 +246,7 @@ def _place_mouth(
     ends = expected[:2] + certain(ends - expected[:2])
     places |= dict(zip(CORNERS, _raised(match, ends, match.surface.depth), strict=True))
     if opened:
-        return CORNERS
+        return SHOWN
     left, right = ends[:, 0] - expected[:2, 0]
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
@@ -259,7 +258,7 @@ def _place_mouth(
     if lip is None:
         return CORNERS
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
-    return (*CORNERS, "lower_lip_mid")
+    return SHOWN
 
 
 def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
