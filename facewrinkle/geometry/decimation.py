@@ -110,7 +110,8 @@ def _neighbors(v, triangles, alive, head, following, out):
 
 
 @compiled
-def _distance(points, a, b):
+def distance(points, a, b):
+    """Distance between two of some points, given by their numbers."""
     x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
     return np.sqrt(x * x + y * y + z * z)
 
@@ -155,7 +156,7 @@ def _shape_after(v, u, least, points, normals, size, triangles, alive, head, fol
             continue
         i, j, k = (u if a == v else a), (u if b == v else b), (u if c == v else c)
         for w in (i, j, k):
-            if w != u and _distance(points, u, w) > longest * 0.5 * (size[u] + size[w]):
+            if w != u and distance(points, u, w) > longest * 0.5 * (size[u] + size[w]):
                 return -1.0
         shape = _measured(points, i, j, k, after)
         worst = min(worst, shape)
@@ -210,14 +211,14 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
     best, found = 0.0, -1
     near = np.inf  # up to three times as far as the nearest neighbor
     for i in range(count):
-        near = min(near, 3.0 * _distance(points, ring[i], v))
+        near = min(near, 3.0 * distance(points, ring[i], v))
     for turn in range(2 * count):
         if turn == count and found >= 0:
             break
         u = ring[turn % count]
         if kind[v] == ON_LINE and u != lines[v, 0] and u != lines[v, 1]:
             continue
-        if (_distance(points, u, v) > near) == (turn < count):
+        if (distance(points, u, v) > near) == (turn < count):
             continue
         if kind[v] == ON_LINE:  # v is no further than a tenth of an edge from the straight line between its neighbors
             w, square, along, length = lines[v, 0] + lines[v, 1] - u, 0.0, 0.0, 0.0
@@ -229,7 +230,7 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
             if square - (along * along / length if length > 0.0 else 0.0) > (0.1 * size[v]) ** 2:
                 continue
         # Well-shaped triangles first, and short ways before long ones.
-        away = 1.0 + _distance(points, u, v) / size[v]
+        away = 1.0 + distance(points, u, v) / size[v]
         shape = _shape_after(v, u, best * away, points, normals, size, triangles, alive, head, following, *spare) / away
         if shape > best and _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
             best, found = shape, u
@@ -241,7 +242,7 @@ def _shortest(v, count, ring, points, size):
     """Length of the shortest edge of a vertex, relative to the edges that are wanted."""
     least = np.inf
     for i in range(min(count, len(ring))):
-        least = min(least, 2.0 * _distance(points, v, ring[i]) / (size[v] + size[ring[i]]))
+        least = min(least, 2.0 * distance(points, v, ring[i]) / (size[v] + size[ring[i]]))
     return least
 
 
@@ -323,6 +324,6 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
             if gap == np.inf:
                 gap = _shortest(w, _neighbors(w, triangles, alive, head, following, other), other, points, size)
             elif w != u:
-                gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
+                gap = min(gap, 2.0 * distance(points, u, w) / (size[u] + size[w]))
             _enqueue(w, gap, heap, key, kind)
     return alive

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from ..array_types import Array, IntArray
 from .compilation import compiled
+from .decimation import distance
 from .laplacian import neighbor_mean
 from .least_squares import cholesky_solve
 from .normals import tangent_axes, unit, vertex_normals
@@ -122,9 +123,9 @@ def _fit(offsets, numbers, shares, points, nodes, axes, penalties):
 def _shares(points, nodes, radius, offsets, ring, length):
     """Vertices (p,), numbers of nodes (p,) and weights (p,) for all pairs of a vertex and a node that are near.
 
-    From each node, ways are followed along the edges of the mesh, of which each vertex has a `ring`, and the lengths.
-    Nodes count in full if the way is longer than the straight line by less than the `detour`, a share of their radius,
-    and not at all from twice that on.
+    From each node, ways are followed along the edges of the mesh, of which each vertex has a `ring`, and the lengths,
+    up to the first vertex beyond the radius. Nodes count in full if the way is longer than the straight line by less
+    than the `detour`, a share of their radius, and not at all from twice that on.
     """
     detour = 0.2
     way, vertices, numbers, shares = np.full(len(points), np.inf), [0], [0], [0.0]
@@ -132,17 +133,16 @@ def _shares(points, nodes, radius, offsets, ring, length):
         way[nodes[k]], met, at = 0.0, [nodes[k]], 0
         while at < len(met):
             start = met[at]
+            at += 1
+            if distance(points, start, nodes[k]) > radius[k]:
+                continue
             for e in range(offsets[start], offsets[start + 1]):
                 end, further = ring[e], way[start] + length[e]
                 if further < min(way[end], (1.0 + 2.0 * detour) * radius[k]):
                     way[end] = further
                     met.append(np.int64(end))
-            at += 1
         for v in met:
-            square = 0.0
-            for c in range(3):
-                square += (points[v, c] - points[nodes[k], c]) ** 2
-            d = np.sqrt(square) / radius[k]
+            d = distance(points, v, nodes[k]) / radius[k]
             t = min(max((way[v] / radius[k] - d - detour) / detour, 0.0), 1.0)
             way[v] = np.inf  # it may have been met more than once
             share = (1.0 - t * t * (3.0 - 2.0 * t)) * max(1.0 - d, 0.0) ** 4 * (4.0 * d + 1.0)
