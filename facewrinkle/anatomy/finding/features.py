@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.ndimage import gaussian_filter, gaussian_filter1d
+from scipy.ndimage import gaussian_filter, gaussian_filter1d, label
 
 from ...array_types import Array, BoolArray, IntArray
 from ...geometry import barycentric
@@ -83,14 +83,12 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     middle = depth[:, np.abs(MOUTH_GRID.x - x) < size].mean(axis=1)
     concavity = gaussian_filter1d(middle, size / MOUTH_GRID.step, order=2)  # of furrows it is positive
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
-    bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0) & (up < meeting)]
+    bulges = (inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0)
+    bulge = up[bulges & (up < meeting)].max(initial=-np.inf)
+    folds = (inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0)
+    fold = up[folds & (up < bulge)].max(initial=-np.inf)
     most = 0.3  # from the meeting of the lips to the bulge, and from there to the fold
-    if not len(bulges) or meeting - bulges[-1] > most:
-        return None
-    folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0) & (up < bulges[-1])]
-    if not len(folds) or bulges[-1] - folds[-1] >= most:
-        return None
-    return float(bulges[-1] - 0.37 * (bulges[-1] - folds[-1]))
+    return float(bulge - 0.37 * (bulge - fold)) if meeting - bulge <= most and bulge - fold < most else None
 
 
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
@@ -108,7 +106,7 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
         if profile[row] > max(profile[row - 1], clear) and profile[row] >= profile[row + 1]:
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
-            if full == 0.0:  # fewer than half of the columns have a furrow
+            if full <= 0.0:  # fewer than half of the columns have a furrow
                 continue
             # The furrow ends at 0.4 of the strength in its middle, of which no more than 1.2 counts.
             gain = np.clip(strength / full, -0.2, 1.2) - 0.4
@@ -180,12 +178,11 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     known[1:] &= np.abs(np.diff(middle)) < same
     near_menton = 0.3  # up to which the bend is looked for from the expected place, along the profile
     start = int(np.argmin(np.abs(grid.y - y - near_menton)))
-    gaps = np.flatnonzero(~known)
-    first = int(gaps[gaps < start].max(initial=-1)) + 1
-    last = int(gaps[gaps > start].min(initial=len(known)))
-    if not known[start] or last - first < 3:
+    runs, _ = label(known)
+    whole = known & (runs == runs[start])
+    if whole.sum() < 3:
         return expected, None
-    up, profile = grid.y[first:last], middle[first:last]
+    up, profile = grid.y[whole], middle[whole]
 
     rows = np.arange(len(up))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -118,13 +118,12 @@ def find_landmarks(
     except LandmarkError:  # the template's landmarks fell into disorder
         raise LandmarkError(NO_FACE) from None
     hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
-    pose = match.pose
     return Found(
         {name: point * diagonal + middle for name, point in landmarks.items()},
         {name: value * match.confidence for name, value in confidences.items()},
         (*estimated, *hidden),
         match.confidence,
-        Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
+        replace(match.pose, origin=match.pose.origin * diagonal + middle, size=match.pose.size * diagonal),
     )
 
 
@@ -217,12 +216,13 @@ def _consensus(
     certainty = {name: float(values[:rest].mean()) for name, values in correlations.items()}
     places = {}
     for name, candidates in zip(names, by_variant.swapaxes(0, 1), strict=True):
-        correlation = correlations[name]
-        if name in with_mouth:
-            places[name], certainty[name] = candidates[mouth], float(correlation[mouth])
-        else:
-            weights = np.exp((correlation[:rest] - correlation[:rest].max()) / 0.03)  # the best has most of it
-            places[name] = np.average(candidates[:rest], axis=0, weights=weights)
+        chosen = [mouth] if name in with_mouth else range(rest)
+        correlation = correlations[name][chosen]
+        weights = np.exp((correlation - correlation.max()) / 0.03)  # the best has most of it
+        places[name], certainty[name] = (
+            np.average(candidates[chosen], axis=0, weights=weights),
+            float(correlation.mean()),
+        )
     return places, certainty
 
 
