@@ -45,6 +45,7 @@ SHAPES: Mapping[str, tuple[float, str]] = {
     "AU24": (1.0, "mouthPress_L+mouthPress_R"),
     "AU25": (0.5, "mouthLowerDown_L+mouthLowerDown_R"),
     "AU26": (0.6, "jawOpen"),
+    "AU64": (1.0, "eyeLookDown_L+eyeLookDown_R"),
 }
 """Captured shapes of these units, and the share of them that the unit is: a jaw that drops is not stretched open
 (AU27), lips that part are not drawn down (AU16), nor are tight ones sucked in (AU28). AU11 has no shape of its own.

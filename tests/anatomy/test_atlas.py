@@ -100,7 +100,7 @@ def test_all_rates_are_shares_of_known_muscles():
 
 GUIDE = {
     "happiness": ("AU6", "AU12"),
-    "sadness": ("AU1", "AU4", "AU15"),
+    "sadness": ("AU1", "AU4", "AU15", "AU64"),
     "surprise": ("AU1", "AU2", "AU5", "AU26"),
     "fear": ("AU1", "AU2", "AU4", "AU5", "AU7", "AU20", "AU26"),
     "anger": ("AU4", "AU7", "AU17", "AU24"),
