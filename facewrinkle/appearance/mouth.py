@@ -24,9 +24,6 @@ POCKET_RINGS, OVAL_HEIGHT = ((0.34, 0.05), (0.46, 0.3), (0.45, 0.85)), 0.75
 relative to their width.
 """
 
-PLACES = np.linspace(-0.25, 0.25, 5)
-"""Where it is looked whether lips are apart, to the left of their middle, in distances between the pupils."""
-
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
 """Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
 distances between the pupils.
@@ -68,7 +65,9 @@ class Mouth:
         self._size, self._scale, self._axes = face.frame.pupil_distance, face.frame.scale, face.frame.axes
         self.loop = _mouth_loop(face, centre)
         self._rest_rim = face.points[self.loop]
-        across = self._lips_of_hole(centre) if len(self.loop) else _lips_of_bag(face, centre)
+        # Where it is looked whether lips are apart, to the left of their middle, in distances between the pupils.
+        places = np.linspace(-0.25, 0.25, 5)[:, None]
+        across = self._lips_of_hole(centre, places) if len(self.loop) else _lips_of_bag(face, centre, places)
         if not across.size:
             return
         self._across, self.bag = across, not len(self.loop)
@@ -107,10 +106,10 @@ class Mouth:
         """Points (n, 3) of a tongue on a closed jaw; see :func:`facewrinkle.anatomy.tongue.tongue_points`."""
         return np.asarray(self.teeth[1].edge + self._scale * tongue_points(out, crest) @ self._axes)
 
-    def _lips_of_hole(self, centre: Array) -> IntArray:
-        """Vertices (2, k) of the upper and the lower lip at :data:`PLACES`."""
+    def _lips_of_hole(self, centre: Array, places: Array) -> IntArray:
+        """Vertices (2, k) of the upper and the lower lip at places (k, 1) to the left of their middle."""
         left = (self._rest_rim - centre) @ self._axes[0] / self._size
-        lips = [np.where(one, np.abs(left - PLACES[:, None]), np.inf) for one in (self._upper, ~self._upper)]
+        lips = [np.where(one, np.abs(left - places), np.inf) for one in (self._upper, ~self._upper)]
         return np.asarray(self.loop[np.argmin(lips, axis=2)])
 
     def _gaps(self, points: Array) -> Array:
@@ -285,16 +284,16 @@ def _mouth_loop(face: Face, centre: Array) -> IntArray:
     return found
 
 
-def _lips_of_bag(face: Face, centre: Array) -> IntArray:
-    """Vertices (2, k) of the upper and the lower lip where these meet, at those of :data:`PLACES` that have both; none
-    if the skin does not go on behind the lips.
+def _lips_of_bag(face: Face, centre: Array, places: Array) -> IntArray:
+    """Vertices (2, k) of the upper and the lower lip where these meet, at those of the places (l, 1) that have both;
+    none if the skin does not go on behind the lips.
     """
     local = (face.points - centre) @ face.frame.axes.T / face.frame.pupil_distance
     depth = face.cavities.depth(face.points)
     if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():
         return np.empty((2, 0), np.int64)
     up = face.normals @ face.frame.axes[1]
-    aside, high = np.abs(local[:, 0] - PLACES[:, None]), np.abs(local[:, 1])
+    aside, high = np.abs(local[:, 0] - places), np.abs(local[:, 1])
     near = (aside < 0.1) & (high < 0.25) & (local[:, 2] > -0.2) & (depth < IN_MOUTH)
     # The upper lip faces down where it meets the lower one.
     lips = np.stack([np.where(near & (sign * up > 0.5), aside + 2.0 * high, np.inf) for sign in (-1.0, 1.0)])

@@ -44,7 +44,7 @@ def dataset(
     scheduler
         Address of a Dask scheduler whose workers see the same folder, such as tcp://10.0.0.1:8786.
     preview
-        Only draw 24 people into OUT.png: a quick preview before the long run.
+        Only draw 24 people into OUT.png, in a minute or two, before the long run.
     quiet
         Print only errors.
     """

@@ -21,9 +21,6 @@ from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
-CORNERS, SHOWN = MOUTH_LANDMARKS[:2], (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
-"""The corners of the mouth, and all landmarks that are doubted where its furrow or opening does not show them."""
-
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
 
@@ -184,7 +181,7 @@ def placed_landmarks(
     for name in places:
         # The second is the correlation of faces that are like the template there.
         certainty[name] = share(certainty[name], (0.70, 0.95))
-    for name in set(SHOWN) - set(measured):
+    for name in {*MOUTH_LANDMARKS} - {"upper_lip_mid", *measured}:  # measured where the furrow or opening shows it
         certainty[name] *= 0.5
     for name in CHIN:  # measured where it is seen to turn under
         certainty[name] = max(certainty[name], 0.7) if name in measured else 0.5 * certainty[name]
@@ -238,15 +235,15 @@ def _place_mouth(
 
     Return the names of those that are seen there.
     """
-    expected = _mouth_of(match, places)
+    expected, seen = _mouth_of(match, places), (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
     found = furrow(points, triangles, match.pose, expected)
     if found is None:
         return ()
     ends, meeting = found
     ends = expected[:2] + certain(ends - expected[:2])
-    places |= dict(zip(CORNERS, _raised(match, ends, match.surface.depth), strict=True))
+    places |= dict(zip(seen[:2], _raised(match, ends, match.surface.depth), strict=True))
     if opened:
-        return SHOWN
+        return seen
     left, right = ends[:, 0] - expected[:2, 0]
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
@@ -256,9 +253,9 @@ def _place_mouth(
     places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
     lip = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
     if lip is None:
-        return CORNERS
+        return seen[:2]
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
-    return SHOWN
+    return seen
 
 
 def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
