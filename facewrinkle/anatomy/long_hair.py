@@ -25,7 +25,7 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 200, 140, 110
+COLUMNS, LOCKS, STRANDS = 200, 120, 90
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
 KNOTS, LOCK_HAIRS = 23, 3
@@ -48,7 +48,7 @@ it; no hair is lower than the second.
 HEM = -36.0
 """Height of the hem over the chin at length 1."""
 
-BORDER = 32.0
+BORDER = 28.0
 """Width of the border of the scalp on which single hairs grow before hair that is tied back."""
 
 
