@@ -16,7 +16,7 @@ import numpy as np
 import pyvista as pv
 from cyclopts import Parameter
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from ..anatomy.atlas import Atlas, parse_weights, read_atlas
 from ..anatomy.face import Face
@@ -46,7 +46,8 @@ class Report:
 
     def table(self, title: str, rows: Mapping[str, str]) -> None:
         """Print names and values."""
-        table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
+        columns = Column(overflow="fold"), Column(overflow="fold")  # paths are told whole
+        table = Table(*columns, title=title, show_header=False, title_justify="left", title_style="bold", box=None)
         for name, value in rows.items():
             table.add_row(name, value)
         self.console.print(table)
