@@ -157,7 +157,7 @@ def _tied(
     # Hair is combed along great circles about a point, which is here from the middle between the zygions.
     middle, back = marks["zygion_l"] * (1.0 - aside) + [0.0, 41.0, -12.0], towards_tie(high)
     up = np.cross(back, aside)
-    turn, angle = np.linspace(0.0, 2.0 * np.pi, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
+    turn, angle = np.linspace(2.0 * np.pi, 0.0, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
     scalp = hull.reached(middle, ways)
     inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks)).reshape(COLUMNS, STEPS)
@@ -185,7 +185,7 @@ def _tied(
         around, last = 2.0 * np.pi * grown, np.array([float(STEPS)])
         core = tie + 0.5 * thick * back + 16.0 * (np.cos(around) * up + np.sin(around) * aside)
     strands, wound = 72, 9.0  # around either, by this angle in radians
-    turn = np.linspace(0.0, 2.0 * np.pi, strands)[:, None, None] + wound * grown
+    turn = np.linspace(2.0 * np.pi, 0.0, strands)[:, None, None] + wound * grown
     lines = core + thick * (np.cos(turn) * back + np.sin(turn) * np.cross(unit(np.gradient(core, axis=0)), back))
     return combed + _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, strands))
 

@@ -189,8 +189,9 @@ STRANDED = """
   fragOutput0.rgb *= (0.5 + streak) * (gl_FrontFacing ? 1.0 : 0.45);
   if (strand.y < end || strand.y > 1.0 - end) fragOutput0.a = 0.0;
 """
-"""Strands of a lock differ in brightness, and begin and end unevenly: 2, 4, 8 as one where pixels do not show each. Little
-light gets under them.
+"""Strands of a lock differ in brightness, and begin and end unevenly: 2, 4, 8 as one where pixels do not show each.
+
+Little light gets under them.
 """
 
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"

@@ -46,6 +46,19 @@ def test_no_hair_is_inside_the_head(grown):
         assert np.asarray(placed["implicit_distance"]).min() > 0.5
 
 
+@pytest.mark.parametrize("combed", [-0.3, 0.5])
+def test_hair_faces_away_from_the_head(combed):
+    """As programs have it that draw the front of triangles only; single hairs may turn."""
+    face = fw.default_face({"sex": -0.6, "hair_length": 0.4, "hair_combed": combed})
+    hair = hair_of(face).compute_normals(point_normals=False, auto_orient_normals=False, consistent_normals=False)
+    middles = np.asarray(hair.cell_centers().points)
+    _, nearest = face.mesh.find_closest_cell(middles, return_closest_point=True)
+    away = middles - nearest
+    near = (np.linalg.norm(away, axis=1) < 15.0) & (middles[:, 2] > face.points[:, 2].min() + 30.0)  # not of the knot
+    assert near.sum() > 5000
+    assert ((away * hair.cell_data["Normals"]).sum(axis=1)[near] > 0.0).mean() > 0.95
+
+
 def test_the_longest_covers_the_ears(grown):
     face = grown[1.0]
     x, y, z = face.points.T
