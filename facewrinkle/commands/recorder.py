@@ -184,17 +184,10 @@ class Recorder:
     def tabulate(self, title: str, rows: Mapping[str, str]) -> None:
         """Print what came out, and the names of all files; remove those of the last run that were not written anew."""
         files = {f"files in {self.folder}": [path.name for path in self.files], "animation": [*map(str, self.named)]}
+        written = {where: "\n".join(sorted(names)) for where, names in files.items() if names}
         stale = remove_stale(self.folder / f".{self.stem}.files", self.files)
         held = {f"{self.output.save_mesh} holds": HELD} if self.output.save_mesh in ("obj", "ply") else {}
-        self.report.table(
-            title,
-            {
-                **rows,
-                **held,
-                **{where: "\n".join(sorted(names)) for where, names in files.items() if names},
-                **removed_rows(stale),
-            },
-        )
+        self.report.table(title, {**rows, **held, **written, **removed_rows(stale)})
 
     def _path(self, ending: str) -> Path:
         return self.folder / f"{self.stem}{ending}"

@@ -254,7 +254,7 @@ def test_a_face_answers_as_a_mesh_does(face, tmp_path):
 
 def test_muscles_show_their_names_alone(face):
     shown = repr(face.muscles)
-    assert shown.startswith(f"{len(face.muscles)} muscles: frontalis_inner_l, ")
+    assert shown.startswith("48 muscles: frontalis_inner_l, ")
     assert len(shown) < 1500
     assert repr(face.with_muscles({}).muscles) == repr(pickle.loads(pickle.dumps(face)).muscles) == shown
 

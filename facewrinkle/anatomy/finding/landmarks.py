@@ -172,10 +172,12 @@ def placed_landmarks(
         # A variant whose corners lie elsewhere has another mouth.
         apart = match.pose.local(np.array(corners))[..., :2] - found[0]
         alike -= 0.5 * np.linalg.norm(apart, axis=2).mean(axis=1)
-        mouth = int(np.argmax(alike))
-        places, certainty = _consensus(matches, variants, correlations, mouth)
+        if (other := int(np.argmax(alike))) != mouth:
+            mouth = other
+            places, certainty = _consensus(matches, variants, correlations, mouth)
+            found = furrow(points, triangles, match.pose, _mouth_of(match, places))
     measured = (
-        *_place_mouth(points, triangles, match, places, matches[mouth].mouth_open),
+        *_place_mouth(points, triangles, match, places, found, matches[mouth].mouth_open),
         *_place_chin(points, triangles, match, places),
     )
     for name in places:
@@ -229,16 +231,21 @@ def _mouth_of(match: Match, places: Mapping[str, Array]) -> Array:
 
 
 def _place_mouth(
-    points: Array, triangles: IntArray, match: Match, places: dict[str, Array], opened: bool
+    points: Array,
+    triangles: IntArray,
+    match: Match,
+    places: dict[str, Array],
+    found: tuple[Array, float] | None,
+    opened: bool,
 ) -> tuple[str, ...]:
-    """Move the corners of the mouth to the ends of its furrow or opening; lips and chin go along if it is closed.
+    """Move the corners of the mouth to the ends of its furrow or opening, if it was `found`; lips and chin go along if
+    it is closed.
 
     Return the names of those that are seen there.
     """
-    expected, seen = _mouth_of(match, places), (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
-    found = furrow(points, triangles, match.pose, expected)
     if found is None:
         return ()
+    expected, seen = _mouth_of(match, places), (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
     ends, meeting = found
     ends = expected[:2] + certain(ends - expected[:2])
     places |= dict(zip(seen[:2], _raised(match, ends, match.surface.depth), strict=True))
