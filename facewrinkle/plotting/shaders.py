@@ -73,6 +73,7 @@ SHARP = """gleam%(number)d = seen;
 
 BLURRED = """vec3 C = lightColor%(number)d;
     float near = max(dot(N, halfway), 0.0);
+    near *= inversesqrt(mix(%(bare)s, 1.0, near * near)); // what is glossier has a smaller highlight
     %(powers)s
     glints += C * (seen * (%(shine)s));"""
 
