@@ -56,13 +56,13 @@ class HairCards:
     def __init__(self, half: Array, tint: Array, pixel: float) -> None:
         count, knots = half.shape
         self.half = np.maximum(np.ascontiguousarray(half), 0.5 * pixel)
-        paint = np.empty((count, knots, 2, 4))
-        paint[..., :3] = tint[:, None, None]
-        paint[..., 3] = 255.0 * (half / self.half)[..., None]
+        paint = np.empty((count, knots, 2, 4), np.uint8)
+        paint[..., :3] = np.rint(np.clip(tint, 0.0, 255.0))[:, None, None]
+        paint[..., 3] = np.rint(255.0 * half / self.half)[..., None]
         first = 2 * knots * np.arange(count)[:, None, None]
         quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
         self._blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
-        self._blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
+        self._blank.point_data["paint"] = paint.reshape(-1, 4)
 
     def along(self, lines: HairLines) -> pv.PolyData:
         """Return the ribbons, with `paint` (rgba), along lines."""

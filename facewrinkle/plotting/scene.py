@@ -333,9 +333,10 @@ class Scene:
         return parts if self._key is None else {name: self._key.on_part(part) for name, part in parts.items()}
 
     def _show_hair(self, seen: Seen) -> None:
-        hair = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
-        hair |= {name: cards.along(seen.bound_hair[name]) for name, cards in self._bound.items()}
-        self._put_all(hair, "hair", "hair", **HAIR_LIGHTING)
+        lashes = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
+        self._put_all(lashes, "lashes", "hair", **HAIR_LIGHTING)
+        hair = {name: cards.along(seen.bound_hair[name]) for name, cards in self._bound.items()}
+        self._put_all(hair, "hair", "hair", culling="back", **HAIR_LIGHTING)  # hairs of the far side face away
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""
