@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
-from ..geometry import ring_quads, smoothstep, unit
+from ..geometry import BoxTree, ring_quads, smoothstep, unit
 from ..mesh import COLORS, to_polydata
 from .head import Head
 from .identity import hair_cover
@@ -86,6 +86,11 @@ class RoundedHull:
         near = np.exp(beyond - most)
         return self.rounding * (most[..., 0] + np.log(near.sum(axis=-1))), unit(near @ self.directions)
 
+    def above(self, least: float | Array, points: Array) -> Array:
+        """Return points (..., 3), of which those that are lower over the hull than the least height are raised."""
+        height, normals = self(points)
+        return np.asarray(points + np.maximum(least - height, 0.0)[..., None] * normals)
+
     def reached(self, starts: Array, ways: Array) -> Array:
         """Return the points (..., 3) of the hull that are reached from inside along ways (..., 3)."""
         speed = ways @ self.directions.T
@@ -122,20 +127,19 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
         # It lies on the hull, with edges hardly rounded, of all that is less than 4 mm outside of the hairline, or than
         # 18 mm where it is 60 mm behind the zygion, clear of the ears.
         bare = np.where(points[:, 2] < marks["zygion_l"][2] - 60.0, 18.0, 4.0)
-        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], rounding=0.4), 0.8
+        hull = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], rounding=0.4)
         parts = _tied(random, head, hull, length, combed)
     else:
         # Hair slides over the face up to 45 mm forward of the zygion, and over all that is above the brows.
         behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + 45.0)
-        hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
+        hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
         lines, ends = _fallen(random, head, hull, length, combed)
         # The shortest locks lack up to 0.3 of the length: short hair is cut straight, long hair in layers.
         parts = _bundle(random, hull, lines, ends, falls=True, layers=0.3 * length)
     places, tints, strands = (
         np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
     )
-    height, normals = hull(places)
-    places += np.maximum(least - height, 0.0)[:, None] * normals
+    places = places if combed > 0.0 else hull.above(LEAST, places)
     mesh = to_polydata(places, _triangles([points.shape[:2] for points, *_ in parts]))
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
     mesh.point_data[STRAND_AT] = strands.astype(np.float32)
@@ -167,8 +171,11 @@ def _tied(
     first = past - deep[hairs, past] / (deep[hairs, past] - deep[hairs, past - 1]) - random.uniform(0.0, 1.0, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
-    lift = (1.5 + 3.0 * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.1 * _even(random, (COLUMNS,), 2.0)[:, None])
-    lines += lift[..., None] * unit(lines - middle)
+    # It comes out of the skin, and lies on the hull from 45 mm inside the hairline.
+    gap = BoxTree(head.points, head.triangles).closest(lines.reshape(-1, 3))[2].reshape(COLUMNS, KNOTS)
+    off = smoothstep((_between(inside[..., None], first[:, None] * along)[..., 0] - 10.0) / 35.0)
+    lift = 1.5 + (0.5 + 3.0 * dense) * off * (1.0 + 0.1 * _even(random, (COLUMNS,), 2.0)[:, None])
+    lines += (lift - (1.0 - off) * gap)[..., None] * unit(lines - middle)
     combed = _bundle(random, hull, lines, np.full(COLUMNS, KNOTS - 1.0))
     tie, thick = hull.reached(middle, back), 12.0 * (0.7 + 0.6 * dense)  # radius of a tail, and of what is wound
     grown = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
@@ -187,7 +194,8 @@ def _tied(
     strands, wound = 72, 9.0  # around either, by this angle in radians
     turn = np.linspace(2.0 * np.pi, 0.0, strands)[:, None, None] + wound * grown
     lines = core + thick * (np.cos(turn) * back + np.sin(turn) * np.cross(unit(np.gradient(core, axis=0)), back))
-    return combed + _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, strands))
+    hanging = _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, strands))
+    return combed + [(hull.above(0.8, points), tints, numbers) for points, tints, numbers in hanging]
 
 
 def _bundle(
@@ -295,10 +303,8 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Arr
         combed = comb - (comb * normals).sum(axis=1, keepdims=True) * normals
         wanted = combed * np.exp(-length / reach)[:, None] - [0.0, 0.8, 0.0] if step else combed + 0.4 * normals
         way = unit(1.5 * way + unit(wanted))
-        points = lines[-1] + STEP * way
-        height, normals = hull(points)
         least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + 0.02 * (length + STEP)
-        lines.append(points + np.maximum(least - height, 0.0)[:, None] * normals)
+        lines.append(hull.above(least, lines[-1] + STEP * way))
     grown = np.stack(lines, axis=1)
     low = grown[:, 1:, 1] < hem[:, None]
     low[:, -1] = True
