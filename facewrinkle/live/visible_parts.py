@@ -196,8 +196,11 @@ class VisibleParts:
     def _own(self, frame: pv.PolyData) -> list[Part]:
         parts = []
         for name, mesh in own_parts(self.face, frame).items():
-            kind = "eye_part" if name.startswith("eye") else "locks" if STRAND_AT in mesh.point_data else "skin_part"
-            parts.append(self._mesh(f"own {name}", mesh, kind, self.face.parts[name].texture is not None))
+            textured = self.face.parts[name].texture is not None
+            kind = "eye_part" if name.startswith("eye") else "skin_part"
+            if name == "hair" and not textured:
+                kind = "locks" if STRAND_AT in mesh.point_data else "hair_part"
+            parts.append(self._mesh(f"own {name}", mesh, kind, textured))
         return parts
 
     def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:

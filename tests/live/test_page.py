@@ -472,9 +472,14 @@ def details(image):
     return image - gaussian_filter(image, (8.0, 8.0, 0.0))
 
 
-def test_long_hair_is_that_of_pictures(opened):
-    """Its light, its strands, and where they end."""
+@pytest.mark.parametrize("stranded", [True, False])
+def test_long_hair_is_that_of_pictures(opened, stranded):
+    """Its light, its strands, and where they end; hair of your own has no strands."""
     face = default_face({"hair_length": 0.5, "hair_combed": -0.3})
+    if not stranded:
+        own = face.parts["hair"].mesh.copy()
+        del own.point_data["strand_at"]
+        face = replace(face, parts={"hair": Part(own, "skull")})
     with Studio(face, browser=False) as studio:
         page = opened(studio.url)
         page.emulate_media(color_scheme="dark")

@@ -226,14 +226,14 @@ void main() {
   gl_Position = projection * vertexVCVSOutput;
 }`;
 
-const LOCKS_FRAGMENT = `${START}
+const locksFragment = (strands) => `${START}
 in vec3 inFront, behind;
 in float opaque;
 in vec2 strand;
 out vec4 result;
 void main() {
   vec4 fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opaque);
-  ${MATERIALS.strands}
+  ${strands}
   if (fragOutput0.a < 0.5) discard;
   result = fragOutput0;
 }`;
@@ -321,7 +321,8 @@ const SOURCES = {
   eye_part: [MESH_VERTEX, shaded("eye", ownColor("in_shade(tint)"), OWN_INPUTS + IN_SHADE)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}`)],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
-  locks: [LOCKS_VERTEX, LOCKS_FRAGMENT],
+  locks: [LOCKS_VERTEX, locksFragment(MATERIALS.strands)],
+  hair_part: [LOCKS_VERTEX, locksFragment("")],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
   shadow: [SHADOW_VERTEX, EMPTY_FRAGMENT],
   lit: [LIT_VERTEX, EMPTY_FRAGMENT],

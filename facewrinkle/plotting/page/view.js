@@ -50,7 +50,7 @@ export class View extends Picking {
   setUp() {
     const gl = this.gl = this.canvas.getContext("webgl2", { antialias: !this.software, alpha: false, preserveDrawingBuffer: false });
     this.programs = Object.fromEntries(
-      ["skin", "skin_part", "rim", "teeth", "eye_part", "eye", "plain", "locks", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+      ["skin", "skin_part", "rim", "teeth", "eye_part", "eye", "plain", "locks", "hair_part", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
     this.shadow = new Shadow(gl);
     this.mean = this.software ? new Mean(gl) : null; // else the card does it, while the face moves, too
     this.parts = new Map();
@@ -382,7 +382,7 @@ export class View extends Picking {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
     for (const part of of("skin")) this.drawSkin(part);
-    for (const part of of("skin_part", "locks", "rim", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
+    for (const part of of("skin_part", "locks", "hair_part", "rim", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
     for (const part of of("eye")) this.drawEye(part);
     gl.enable(gl.BLEND);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
