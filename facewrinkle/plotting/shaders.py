@@ -176,8 +176,8 @@ HAIR_OF_LIGHT = """
   else sharpBehind += mirrored * lightColor%(number)d;
 """
 
-LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
-"""How locks of long hair reflect light: options of `add_mesh`."""
+LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.2, "specular_power": 14.0}
+"""How hair reflects light: options of `add_mesh`."""
 
 STRANDED = """
   float level = max(log2(1.5 * fwidth(strand.x)), 0.0), wide = exp2(floor(level));
