@@ -44,7 +44,7 @@ OWN_PREFIX = "own "
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
-"""Options of `add_mesh` for VTK's own shading: of lashes and your own parts, in quick pictures also of any material."""
+"""Options of `add_mesh` for VTK's own shading: of your own parts, in quick pictures also of any material."""
 
 PLAIN_COLOR = (0.87, 0.67, 0.56)
 """Color of skin for meshes that the face's texture does not fit."""
@@ -334,9 +334,10 @@ class Scene:
 
     def _show_hair(self, seen: Seen) -> None:
         lashes = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
-        self._put_all(lashes, "lashes", "hair", **HAIR_LIGHTING)
-        hair = {name: cards.along(seen.bound_hair[name]) for name, cards in self._bound.items()}
-        self._put_all(hair, "hair", "hair", culling="back", **LOCKS)  # hairs of the far side face away
+        # Backs of hairs are on the far side of the head, but lashes are seen from both sides.
+        hair = {name: ribbons.append_polydata(ribbons.flip_faces()) for name, ribbons in lashes.items()}
+        hair |= {name: cards.along(seen.bound_hair[name]) for name, cards in self._bound.items()}
+        self._put_all(hair, "hair", "hair", culling="back", **LOCKS)
 
     def draw(self, frame: pv.PolyData) -> None:
         """Show a frame, and render."""

@@ -78,7 +78,7 @@ def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
     with fw.plotting.Scene(closed, fw.plotting.Style(size=(64, 64))) as scene:
         scene.show(closed.mesh)
         assert not scene.drawn_parts["eyes"]
-        assert not {"lashes_l", "lashes_r"} & scene.drawn_parts["lashes"]
+        assert not {"lashes_l", "lashes_r"} & scene.drawn_parts["hair"]
 
 
 # --- turns ------------------------------------------------------------------------------------------------------------

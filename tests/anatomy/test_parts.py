@@ -130,7 +130,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
         assert ("lashes_l" in Appearance.of(dressed).own) == drawn
         with fw.plotting.Scene(dressed, fw.plotting.Style((32, 32))) as scene:
             scene.show(dressed.mesh)
-            assert ("lashes_l" in scene.drawn_parts["lashes"]) != drawn
+            assert ("lashes_l" in scene.drawn_parts["hair"]) != drawn
 
 
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")

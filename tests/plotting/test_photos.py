@@ -130,7 +130,7 @@ def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
         at_rest = scene.picture(still)
         parts = {name: points_of(scene, name) for name in scene.plotter.actors if name != "skin"}
         there = scene.picture(turned)
-        assert set(parts) == {"eyes", "lashes", "hair", "mouth"}
+        assert set(parts) == {"eyes", "hair", "mouth"}
         for name, points in parts.items():
             np.testing.assert_array_equal(scene.plotter.actors[name].user_matrix, TURN)
             np.testing.assert_allclose(points_of(scene, name), points, atol=1e-3)
