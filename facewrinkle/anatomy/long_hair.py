@@ -25,7 +25,7 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 200, 120, 90
+COLUMNS, LOCKS, STRANDS = 200, 120, 45
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
 KNOTS, LOCK_HAIRS = 23, 3
@@ -224,7 +224,7 @@ def _bundle(
     # The farthest locks stand off a third as far as loose hairs.
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.33 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
-    astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.15), 2, layers, loose)
+    astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
     of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.3  # mm: the width of a strand
     return [
