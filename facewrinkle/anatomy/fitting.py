@@ -301,7 +301,7 @@ def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | 
     if unsure and found.confidence >= DOUBTED:
         warn(
             f"doubtful landmarks, with their confidence: {', '.join(unsure)}. Is the face at "
-            "rest, with its mouth closed? Check them, and give those that are wrong."
+            "rest, with open eyes and its mouth closed? Check them, and give those that are wrong."
         )
     if not given:
         return found

@@ -3,7 +3,7 @@
 what                            checked against
 depth maps                      a sphere's closed form
 alignment, warp                 motions and warps that were put in
-corners of the mouth            where the built-in head's were drawn to, and those of people who smile went
+corners of mouth and eyes       where the built-in head's were drawn to, and those of people who smile or stare went
 faces cut tight                 as like a face as whole ones
 faces found                     the built-in head and other identities made from it, turned, scaled, spoiled;
                                 real faces with documented landmarks, where they are at hand
@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
-from facewrinkle.anatomy.finding.features import below_furrow, furrow
+from facewrinkle.anatomy.finding.features import below_furrow, furrow, opening
 from facewrinkle.anatomy.finding.matching import (
     FINE,
     SCALES,
@@ -200,6 +200,32 @@ def test_corners_of_an_open_mouth_are_the_ends_of_its_opening(bag):
     assert np.linalg.norm(found - expected[:2, :2], axis=1).max() < 0.05
 
 
+EYE = ("eye_l_outer", "eye_l_inner")
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.07), (0.0, -0.07), (0.05, 0.03), (-0.05, -0.03), (0.0, 0.0)])
+def test_corners_of_an_eye_are_found_where_they_are_drawn_to(shift):
+    face, pose = template(), Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3))
+    expected = np.array([face.landmarks[name][:2] for name in EYE])
+
+    def moved(points):
+        square = ((points[:, :2] - expected.mean(axis=0)) ** 2).sum(axis=1, keepdims=True)
+        return points[:, :2] + np.exp(-((square / 0.4**2) ** 2)) * shift
+
+    points = np.column_stack([moved(face.points), face.points[:, 2]])
+    found, there = opening(points, face.triangles, pose, expected), moved(expected)
+    assert np.linalg.norm(found - there, axis=1).max() < 0.03  # half the width of an eye is 0.22
+
+
+def test_where_there_is_no_opening_there_are_no_corners_of_an_eye():
+    face, pose = template(), Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3))
+    expected = np.array([face.landmarks[name][:2] for name in EYE])
+    ball = pv.Icosphere(radius=1.4, nsub=5, center=(0.0, 0.0, -1.2))
+    assert np.isnan(opening(np.asarray(ball.points, float), ball.regular_faces, pose, expected)).all()
+    on_the_cheek = expected - [0.0, 0.3]
+    assert np.isnan(opening(face.points, face.triangles, pose, on_the_cheek)).all()
+
+
 def _masked(mesh, marks):
     """Cut out tightly: from the brows to below the lips, and from cheek to cheek."""
     frame, points = frame_of(marks), np.asarray(mesh.points)
@@ -368,6 +394,13 @@ def test_other_mouths(ict, name):
     assert off.max() < 12.0
 
 
+@pytest.mark.slow
+def test_a_shut_eye_is_doubted(ict):
+    mesh, marks = ict("eyeBlink_L")
+    found = find_landmarks(mesh, given={n: marks[n] for n in PLACE})
+    assert found.confidences["eye_l_outer"] < UNSURE < found.confidences["eye_r_outer"]
+
+
 def in_expression(person, expression):
     """A random person's settled face and the landmarks, which went along with the skin."""
     face = fw.default_face(fw.Identity.random(person))
@@ -382,13 +415,23 @@ def in_expression(person, expression):
 @pytest.mark.slow
 @pytest.mark.parametrize("expression", ["happiness", "laughter"])
 @pytest.mark.parametrize("person", [6, 8, 9])
-def test_the_corners_of_a_smile(person, expression):
-    """Drawn up and aside with lips parted, they are found within 4 mm; what lies far from its place is doubted."""
+def test_the_mouth_of_a_smile(person, expression):
+    """Drawn up and aside with lips parted, corners and lower lip are found within 4 mm; what lies far is doubted."""
     mesh, marks = in_expression(person, expression)
     found = find_landmarks(mesh, given={n: marks[n] for n in PLACE})
-    assert errors(found.landmarks, marks, MOUTH_LANDMARKS[:2]).max() < 100.0 * 4.0 / 63.0
+    assert errors(found.landmarks, marks, (*MOUTH_LANDMARKS[:2], "lower_lip_mid")).max() < 100.0 * 4.0 / 63.0
     off = errors(found.landmarks, marks, MORE)
     assert {n for n, error in zip(MORE, off, strict=True) if error > 12.0 and found.confidences[n] > UNSURE} == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("person", [6, 8, 9])
+def test_wide_eyes_and_an_open_mouth(person):
+    mesh, marks = in_expression(person, "surprise")
+    found = find_landmarks(mesh, given={n: marks[n] for n in PLACE})
+    names = ("eye_l_outer", "eye_r_outer", "lower_lip_mid")
+    assert errors(found.landmarks, marks, names).max() < 100.0 * 3.5 / 63.0
+    assert min(found.confidences[name] for name in names) > UNSURE
 
 
 @pytest.mark.slow
@@ -423,7 +466,11 @@ def test_a_lower_lip_bulges():
     for shift in (0.0, 0.1):
         points = face.points + np.array([0.0, shift, 0.0])
         found = below_furrow(points, face.triangles, pose, 0.0, 0.5 * (upper + lower)[1] + shift)
-        assert found == pytest.approx(lower[1] + shift, abs=0.03)
+        assert found == pytest.approx(lower + np.array([0.0, shift, 0.0]), abs=0.03)
+    drawn = face.points.copy()  # the lip is drawn up from its border, which stays above the fold
+    drawn[:, 1] += 0.12 * np.clip((drawn[:, 1] - lower[1] - 0.02) / 0.1, 0.0, 1.0)
+    found = below_furrow(drawn, face.triangles, pose, 0.0, 0.5 * (upper + lower)[1] + 0.1)
+    assert found[1] == pytest.approx(lower[1], abs=0.03)
     ball = pv.Icosphere(radius=1.6, nsub=5, center=(0.0, -1.0, -1.3))
     assert below_furrow(np.asarray(ball.points, float), ball.regular_faces, pose, 0.0, lower[1]) is None
 

@@ -1,7 +1,8 @@
 """Features that are measured on the shape.
 
-The corners of a mouth are the ends of the furrow or opening between the lips wherever they are drawn to, and the lower
-lip bulges. The profile of the chin bends where it turns under. Lengths are in distances between the pupils.
+The corners of a mouth are the ends of the furrow or opening between the lips wherever they are drawn to, those of an
+eye the ends of the opening between its lids, and the lower lip bulges. The profile of the chin bends where it turns
+under. Lengths are in distances between the pupils.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from ...mesh import COLORS, closest_places, corner_texture, has_colors
 from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template
 
-MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
+MOUTH_GRID = Grid(0.015, (-1.0, -2.45), (1.0, -0.45))
+EYE_GRID = Grid(0.01, (-1.1, -0.45), (1.1, 0.45))
 
 # --- the mouth: concavity is the second derivative of depth, times the size of the furrow or bulge: it has no unit ----
 
@@ -61,12 +63,12 @@ def _beyond_corners() -> Array:
     return np.asarray(found[0] - expected[:2])
 
 
-def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeting: float) -> float | None:
-    """Return the height of the lower lip, by the profile below the furrow of a mouth.
+def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeting: float) -> Array | None:
+    """Return the border (3,) of the lower lip in the face's coordinates, by the profile below the furrow of a mouth.
 
-    Its border lies between the top of its bulge, the first below the meeting of the lips, and the first fold below
-    that, the one above the chin: 0.37 of the way (0.17 to 0.54 on thirty-two labeled faces). None where either is
-    missing.
+    It lies between the top of the lip's bulge, the first below the meeting of the lips, and the first fold below that,
+    the one above the chin: 0.37 of the way (0.17 to 0.54 on thirty-two labeled faces), but at most 0.09 above the fold:
+    a smile draws the lip away from the chin, not its border from the fold. None where either is missing.
 
     Parameters
     ----------
@@ -76,19 +78,22 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     x : float
         The place of the profile.
     meeting : float
-        The height at which the lips meet.
+        The height at which the lips meet, or the lower one begins.
     """
-    depth, _ = openings_closed(depth_map(pose.local(points), triangles, MOUTH_GRID), MOUTH_GRID)
+    depth, known = openings_closed(depth_map(pose.local(points), triangles, MOUTH_GRID), MOUTH_GRID)
     size = 0.04  # of the bulges and furrows, and half the breadth of the strip on which they are seen
-    middle = depth[:, np.abs(MOUTH_GRID.x - x) < size].mean(axis=1)
+    strip = np.abs(MOUTH_GRID.x - x) < size
+    middle, seen = depth[:, strip].mean(axis=1), known[1:-1, strip].any(axis=1)
     concavity = gaussian_filter1d(middle, size / MOUTH_GRID.step, order=2)  # of furrows it is positive
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
     bulges = (inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0)
-    bulge = up[bulges & (up < meeting)].max(initial=-np.inf)
+    bulge = up[bulges & seen & (up < meeting)].max(initial=-np.inf)
     folds = (inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0)
     fold = up[folds & (up < bulge)].max(initial=-np.inf)
-    most = 0.3  # from the meeting of the lips to the bulge, and from there to the fold
-    return float(bulge - 0.37 * (bulge - fold)) if meeting - bulge <= most and bulge - fold < most else None
+    if meeting - bulge > 0.3 or bulge - fold > 0.4:
+        return None
+    border = fold + min(0.63 * (bulge - fold), 0.09)
+    return np.array([x, border, np.interp(border, MOUTH_GRID.y, middle)])
 
 
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
@@ -110,10 +115,9 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
                 continue
             # The furrow ends at 0.4 of the strength in its middle, of which no more than 1.2 counts.
             gain = np.clip(strength / full, -0.2, 1.2) - 0.4
-            sides = [_end(gain, rows, start, side, place) for side, place in zip((1, -1), expected[:2], strict=True)]
-            if sum(value for value, _ in sides) > best:
-                best = sum(value for value, _ in sides)
-                ends = np.array([end for _, end in sides]), float(MOUTH_GRID.y[row])
+            value, places = _path(gain, rows, start, expected[:2], MOUTH_GRID)
+            if value > best:
+                best, ends = value, (places, float(MOUTH_GRID.y[row]))
     return ends
 
 
@@ -128,20 +132,54 @@ def furrows(depth: Array, grid: Grid) -> Array:
     return np.asarray(0.5 * (down + across) + np.hypot(0.5 * (down - across), both))
 
 
-def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -> tuple[float, Array]:
+def _path(gain: Array, rows: BoolArray, start: int, expected: Array, grid: Grid) -> tuple[float, Array]:
+    """Sum and ends (2, 2) of the path with the largest sum, from a column and these rows to the left and the right."""
+    sides = [_end(gain, rows, start, side, place, grid) for side, place in zip((1, -1), expected, strict=True)]
+    return sum(value for value, _ in sides), np.array([end for _, end in sides])
+
+
+def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array, grid: Grid) -> tuple[float, Array]:
     """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column,
-    which costs a tenth. An end costs 50 times the square of its distance from the expected place.
+    which costs a tenth. An end costs the square of its distance from the expected place, 0.75 times over the spacing
+    of the grid.
     """
-    grid = MOUTH_GRID
     total, best, end = np.where(rows, gain[:, start], -np.inf), -np.inf, expected
     for column in range(start + side, gain.shape[1] if side > 0 else -1, side):
         above, below = np.append(total[1:], -np.inf), np.append(-np.inf, total[:-1])
         total = np.maximum(total, np.maximum(above, below) - 0.1) + gain[:, column]
-        sums = total - 50.0 * ((grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2)
+        sums = total - 0.75 / grid.step * ((grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2)
         row = int(np.argmax(sums))
         if sums[row] > best:
             best, end = float(sums[row]), np.array([grid.x[column], grid.y[row]])
     return best, end
+
+
+# --- eyes: the opening between their lids -----------------------------------------------------------------------------
+
+
+def opening(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array:
+    """Return the left and the right corner (2, 2) of an eye: the ends of the opening between its lids, or of the furrow
+    where they are narrowed, seen from the front. NaN where it is shut or there is another furrow.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose
+    expected : ndarray, shape (2, 2)
+        Expected places of the left and right corner, in the face's coordinates.
+    """
+    depth, known = openings_closed(depth_map(pose.local(points), triangles, EYE_GRID), EYE_GRID)
+    middle, width = expected.mean(axis=0), expected[0, 0] - expected[1, 0]
+    across, rows = np.abs(EYE_GRID.x - middle[0]), np.abs(EYE_GRID.y - middle[1]) < 0.12
+    # Beside the eye, what is not known is the hollow beside the nose, or beyond the rim of a mask.
+    strength = np.where(known | (across > 0.5 * width), furrows(depth, EYE_GRID), 1.0)
+    full = float(np.median(strength[rows][:, across < 0.08].max(axis=0)))
+    gain = np.clip(strength / max(full, 1.0), -0.2, 1.2) - 0.55
+    _, ends = _path(gain, rows, int(np.argmin(across)), expected, EYE_GRID)
+    # The furrow has a strength of 0.6 and less where the lids are shut, and of 0.7 and more where they are narrowed.
+    ends[(full < 0.65) | (np.linalg.norm(ends - expected, axis=1) > 0.1)] = np.nan
+    return ends
 
 
 # --- the chin: its profile is seen from before and below, where the bend is foremost ----------------------------------

@@ -16,13 +16,16 @@ from ...mesh import MeshLike, closest_places, surface_in, to_polydata
 from ...mesh.repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
-from .features import below_furrow, chin, furrow
+from .features import below_furrow, chin, furrow, opening
 from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
+
+EYES = (("eye_l_outer", "eye_l_inner"), ("eye_r_inner", "eye_r_outer"))
+"""Corners of each eye, the left one first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +180,15 @@ def placed_landmarks(
             places, certainty = _consensus(matches, variants, correlations, mouth)
             found = furrow(points, triangles, match.pose, _mouth_of(match, places))
     measured = (
+        *_place_eyes(points, triangles, match, places),
         *_place_mouth(points, triangles, match, places, found, matches[mouth].mouth_open),
         *_place_chin(points, triangles, match, places),
     )
     for name in places:
         # The second is the correlation of faces that are like the template there.
         certainty[name] = share(certainty[name], (0.70, 0.95))
-    for name in {*MOUTH_LANDMARKS} - {"upper_lip_mid", *measured}:  # measured where the furrow or opening shows it
+    shown = {"eye_l_outer", "eye_r_outer", "mouth_l", "mouth_r", "lower_lip_mid"}
+    for name in shown - {*measured}:  # measured where the furrow or opening shows it
         certainty[name] *= 0.5
     for name in CHIN:  # measured where it is seen to turn under
         certainty[name] = max(certainty[name], 0.7) if name in measured else 0.5 * certainty[name]
@@ -230,6 +235,19 @@ def _mouth_of(match: Match, places: Mapping[str, Array]) -> Array:
     return match.pose.local(np.array([places[name] for name in MOUTH_LANDMARKS]))[:, :2]
 
 
+def _place_eyes(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
+    """Move the corners of open eyes to the ends of their openings; return the names of those that are seen there."""
+    seen: list[str] = []
+    for names in EYES:
+        expected = match.pose.local(np.array([places[name] for name in names]))[:, :2]
+        ends = opening(points, triangles, match.pose, expected)
+        placed = _raised(match, expected + certain(ends - expected), match.surface.depth)
+        new = {name: place for name, place in zip(names, placed, strict=True) if np.isfinite(place).all()}
+        places |= new
+        seen += new
+    return tuple(seen)
+
+
 def _place_mouth(
     points: Array,
     triangles: IntArray,
@@ -238,8 +256,8 @@ def _place_mouth(
     found: tuple[Array, float] | None,
     opened: bool,
 ) -> tuple[str, ...]:
-    """Move the corners of the mouth to the ends of its furrow or opening, if it was `found`; lips and chin go along if
-    it is closed.
+    """Move the corners of the mouth to the ends of its furrow or opening, if it was `found`, and the lower lip above
+    the fold of the chin; lips and chin go along if it is closed.
 
     Return the names of those that are seen there.
     """
@@ -249,19 +267,19 @@ def _place_mouth(
     ends, meeting = found
     ends = expected[:2] + certain(ends - expected[:2])
     places |= dict(zip(seen[:2], _raised(match, ends, match.surface.depth), strict=True))
-    if opened:
-        return seen
-    left, right = ends[:, 0] - expected[:2, 0]
-    sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
-    raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
-    lips = expected[2:] + np.array([sideways, raised])
-    places |= dict(zip(MOUTH_LANDMARKS[2:], _raised(match, lips, match.surface.depth), strict=True))
-    chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
-    places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
+    lips = expected[2:]
+    if not opened:
+        left, right = ends[:, 0] - expected[:2, 0]
+        sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
+        raised = certain(np.array([[0.0, meeting - lips[:, 1].mean()]]))[0, 1]
+        lips = lips + np.array([sideways, raised])
+        places |= dict(zip(MOUTH_LANDMARKS[2:], _raised(match, lips, match.surface.depth), strict=True))
+        chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
+        places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
     lip = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
     if lip is None:
         return seen[:2]
-    places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
+    places["lower_lip_mid"] = match.pose.world(lip)
     return seen
 
 
