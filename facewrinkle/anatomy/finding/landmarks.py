@@ -24,9 +24,6 @@ from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, temp
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
 
-EYES = (("eye_l_outer", "eye_l_inner"), ("eye_r_inner", "eye_r_outer"))
-"""Corners of each eye, the left one first."""
-
 
 @dataclass(frozen=True, eq=False)
 class Found:
@@ -238,7 +235,7 @@ def _mouth_of(match: Match, places: Mapping[str, Array]) -> Array:
 def _place_eyes(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
     """Move the corners of open eyes to the ends of their openings; return the names of those that are seen there."""
     seen: list[str] = []
-    for names in EYES:
+    for names in (("eye_l_outer", "eye_l_inner"), ("eye_r_inner", "eye_r_outer")):  # from left to right
         expected = match.pose.local(np.array([places[name] for name in names]))[:, :2]
         ends = opening(points, triangles, match.pose, expected)
         placed = _raised(match, expected + certain(ends - expected), match.surface.depth)
