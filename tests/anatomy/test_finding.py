@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
-from facewrinkle.anatomy.finding.features import below_furrow, furrow, opening
+from facewrinkle.anatomy.finding.features import below_furrow, furrow, openings
 from facewrinkle.anatomy.finding.matching import (
     FINE,
     SCALES,
@@ -213,7 +213,7 @@ def test_corners_of_an_eye_are_found_where_they_are_drawn_to(shift):
         return points[:, :2] + np.exp(-((square / 0.4**2) ** 2)) * shift
 
     points = np.column_stack([moved(face.points), face.points[:, 2]])
-    found, there = opening(points, face.triangles, pose, expected), moved(expected)
+    (found,), there = openings(points, face.triangles, pose, expected[None]), moved(expected)
     assert np.linalg.norm(found - there, axis=1).max() < 0.03  # half the width of an eye is 0.22
 
 
@@ -221,9 +221,9 @@ def test_where_there_is_no_opening_there_are_no_corners_of_an_eye():
     face, pose = template(), Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3))
     expected = np.array([face.landmarks[name][:2] for name in EYE])
     ball = pv.Icosphere(radius=1.4, nsub=5, center=(0.0, 0.0, -1.2))
-    assert np.isnan(opening(np.asarray(ball.points, float), ball.regular_faces, pose, expected)).all()
+    assert np.isnan(openings(np.asarray(ball.points, float), ball.regular_faces, pose, expected[None])).all()
     on_the_cheek = expected - [0.0, 0.3]
-    assert np.isnan(opening(face.points, face.triangles, pose, on_the_cheek)).all()
+    assert np.isnan(openings(face.points, face.triangles, pose, on_the_cheek[None])).all()
 
 
 def _masked(mesh, marks):

@@ -157,23 +157,29 @@ def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array, g
 # --- eyes: the opening between their lids -----------------------------------------------------------------------------
 
 
-def opening(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array:
-    """Return the left and the right corner (2, 2) of an eye: the ends of the opening between its lids, or of the furrow
-    where they are narrowed, seen from the front. NaN where it is shut or there is another furrow.
+def openings(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> Array:
+    """Return the left and the right corner of each eye (k, 2, 2): the ends of the opening between its lids, or of the
+    furrow where they are narrowed, seen from the front. NaN where it is shut or there is another furrow.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     pose : Pose
-    expected : ndarray, shape (2, 2)
-        Expected places of the left and right corner, in the face's coordinates.
+    expected : ndarray, shape (k, 2, 2)
+        Expected places of the left and right corner of each eye, in the face's coordinates.
     """
     depth, known = openings_closed(depth_map(pose.local(points), triangles, EYE_GRID), EYE_GRID)
+    furrowed = furrows(depth, EYE_GRID)
+    return np.array([_corners(furrowed, known, of_eye) for of_eye in expected])
+
+
+def _corners(furrowed: Array, known: BoolArray, expected: Array) -> Array:
+    """The corners (2, 2) of the eye at the expected ones, from the strength of furrows and what is known of depths."""
     middle, width = expected.mean(axis=0), expected[0, 0] - expected[1, 0]
     across, rows = np.abs(EYE_GRID.x - middle[0]), np.abs(EYE_GRID.y - middle[1]) < 0.12
     # Beside the eye, what is not known is the hollow beside the nose, or beyond the rim of a mask.
-    strength = np.where(known | (across > 0.5 * width), furrows(depth, EYE_GRID), 1.0)
+    strength = np.where(known | (across > 0.5 * width), furrowed, 1.0)
     full = float(np.median(strength[rows][:, across < 0.08].max(axis=0)))
     gain = np.clip(strength / max(full, 1.0), -0.2, 1.2) - 0.55
     _, ends = _path(gain, rows, int(np.argmin(across)), expected, EYE_GRID)

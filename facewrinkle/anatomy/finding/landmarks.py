@@ -16,7 +16,7 @@ from ...mesh import MeshLike, closest_places, surface_in, to_polydata
 from ...mesh.repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
-from .features import below_furrow, chin, furrow, opening
+from .features import below_furrow, chin, furrow, openings
 from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
@@ -234,14 +234,12 @@ def _mouth_of(match: Match, places: Mapping[str, Array]) -> Array:
 
 def _place_eyes(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
     """Move the corners of open eyes to the ends of their openings; return the names of those that are seen there."""
-    seen: list[str] = []
-    for names in (("eye_l_outer", "eye_l_inner"), ("eye_r_inner", "eye_r_outer")):  # from left to right
-        expected = match.pose.local(np.array([places[name] for name in names]))[:, :2]
-        ends = opening(points, triangles, match.pose, expected)
-        placed = _raised(match, expected + certain(ends - expected), match.surface.depth)
-        new = {name: place for name, place in zip(names, placed, strict=True) if np.isfinite(place).all()}
-        places |= new
-        seen += new
+    names = ("eye_l_outer", "eye_l_inner", "eye_r_inner", "eye_r_outer")  # from left to right
+    expected = match.pose.local(np.array([places[name] for name in names]))[:, :2]
+    ends = openings(points, triangles, match.pose, expected.reshape(2, 2, 2)).reshape(4, 2)
+    placed = _raised(match, expected + certain(ends - expected), match.surface.depth)
+    seen = {name: place for name, place in zip(names, placed, strict=True) if np.isfinite(place).all()}
+    places |= seen
     return tuple(seen)
 
 
