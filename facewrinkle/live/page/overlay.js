@@ -48,12 +48,13 @@ export class Overlay {
     const focused = document.activeElement?.dataset?.handle;
     this.handles = made;
     this.box.replaceChildren(...made.flatMap(({ ring, grip, line, text, dot }) => [ring, grip, line, text, dot].filter(Boolean)));
-    if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
     this.follow();
+    if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
   }
 
+  /** A handle, hidden until it has a place in the picture: before, keys would move it nowhere. */
   handle(name, where, kind, label, patch) {
-    const dot = drawn("circle", { class: kind, r: kind === "placed" ? 6 : 4, tabindex: 0, role: "button", "aria-label": `${label}. Arrow keys move it.` });
+    const dot = drawn("circle", { class: `${kind} behind`, r: kind === "placed" ? 6 : 4, tabindex: 0, role: "button", "aria-label": `${label}. Arrow keys move it.` });
     dot.dataset.handle = name;
     const handle = { name, where, dot, patch, label };
     draggable(dot, name, {
