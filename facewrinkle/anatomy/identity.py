@@ -303,12 +303,12 @@ def head_of(identity: Identity) -> Head:
     # At age 1, 85 % of hair is gray, and 90 % of its border is bare on a masculine head, as it is at any age before
     # hair that falls from a parting.
     gray, border = 0.85 * old, 0.9 * max(old * identity.sex, float(falls))
-    # Brows that are not gray have at most 60 % of the color of the forehead.
-    brows_share = 0.5  # of the difference of hair from that of the mean head, which brows have
-    own = np.minimum(tint**brows_share * mean.brows.color, 0.6 * skin * TONES[4, 1:])
+    # Brows are as dark as hair, but half as fair, and turn gray less and later: until then they have at most 60 % of
+    # the color of the forehead.
+    own = np.minimum(np.minimum(tint, np.sqrt(tint)) * mean.brows.color, 0.6 * skin * TONES[4, 1:])
     strands, brows = (
-        (1.0 - share * gray) * color + share * gray * np.array([152.0, 145.0, 136.0])
-        for color, share in ((tint * HAIR_COLOR, 1.0), (own, brows_share))
+        (1.0 - share) * color + share * np.array([152.0, 145.0, 136.0])
+        for color, share in ((tint * HAIR_COLOR, gray), (own, 0.5 * gray**2))
     )
     color, texture = (
         dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border, bare=bare)

@@ -160,7 +160,7 @@ class Brows(Hairs):
         for brow in self._sides:
             fine[brow.hairs] = 0.25 + 0.75 * smoothstep(np.minimum(brow.place, 1.0 - brow.place) / self.ENDS)
         self.half = 0.5 * width * np.repeat(fine, self.STRANDS)[:, None] * (1.0 - 0.85 * share**2)
-        self.tint = hairs.color * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+        self.tint = hairs.color * random.uniform(0.35, 1.65, (k * self.STRANDS, 1))
 
     def lines(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
