@@ -20,7 +20,7 @@ from .wave_folds.tissue import kept_at_rest
 class Creases(MuscleWrinkles):
     """The layer of the anatomical folds, each a :class:`facewrinkle.Crease` that one or more muscles fold.
 
-    A crease is as deep as the skin of its whole width is compressed, a step of flesh in the young and a line in the old
+    A crease is as deep as the skin of its whole width is compressed, a step of flesh that in the old hangs over
     (:attr:`facewrinkle.Crease.worn`). All together hold no net volume: their bulges, or
     their furrows, are lowered by up to a fifth, and where that is not enough the others get up to 7 % higher.
 
@@ -81,12 +81,12 @@ class Creases(MuscleWrinkles):
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.Layer`."""
         super().attach(face)
-        # Several muscles fold one crease; at rest it is there once.
+        # Several muscles fold one crease; at rest it is there once, and none that only a part of a line folds into.
         deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
-        rows = list(deepest.values())
+        rows = [k for k in deepest.values() if self._muscles[k].span == (0.0, 1.0)]
         middles = np.array([self._muscles[k].path[1] for k in rows]).reshape(-1, 3)
-        # At age 1 it is 0.16 times as deep as in skin that is pushed together altogether.
-        self._kept[rows] = 0.16 * self._worn_on(face) * kept_at_rest(face, middles)
+        # At age 1 it is a quarter as deep as in skin that is pushed together altogether.
+        self._kept[rows] = 0.25 * self._worn_on(face) * kept_at_rest(face, middles)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:

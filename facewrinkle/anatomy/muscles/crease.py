@@ -1,4 +1,4 @@
-"""Creases: folds along a curve through given points, steps of flesh that age wears to lines."""
+"""Creases: folds along a curve through given points, steps of flesh that hang over with age."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -16,8 +16,11 @@ from ...errors import ParameterError, check_positive, check_range, check_ranges
 from ...geometry import compiled, smoothstep, unit
 from .base import Muscle, checked_points, checked_size
 
-LINE, SHARPER = 0.6, 0.7
-"""A line is this much as wide as the step that it is worn into, and its `alpha` is so much larger."""
+LINE, WORN = 0.6, 0.7
+"""Widths, relative to that of a step: of the line where its skin is bound, and of the old flesh that hangs over it."""
+
+ROUNDED = 0.3
+"""Share of its half cycle over which a furrow is averaged, to either side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +28,7 @@ class Crease(Muscle):
     """A region of folds along a curve, such as the nasolabial fold: the furrow lies where the skin is bound to what is
     below it, and the loose skin on one side of it rolls over it. It does not pull.
 
-    In the young it is a step, rounded and without a far wall that one would see; in the old, a line.
+    It is a step, rounded and without a far wall that one would see; in the old, it is steeper: the flesh hangs over.
 
     Parameters
     ----------
@@ -36,8 +39,7 @@ class Crease(Muscle):
     width : float
         Width of the region across the furrow, > 0.
     worn : float
-        In [0, 1], from a step of flesh to a line, which is narrower and sharper: :class:`facewrinkle.Creases` sets it
-        by the age.
+        In [0, 1], from a gentle step of flesh to one that hangs over: :class:`facewrinkle.Creases` sets it by the age.
     span : pair of float
         The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
     thickness : float, optional
@@ -56,9 +58,9 @@ class Crease(Muscle):
     ``f(x) = h x (c - x)`` through the three points. Points (x, y) have the coordinates ``lambda = x / c`` and, across,
     ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'.
 
-    H is a furrow and the broad crest that its skin makes on one side of it. At `worn` = w, let u be half the width
-    times 1 - 0.4 w, a = u / 2, b = 3 a and c = a (1.5 - 0.5 w), and F the furrow ``(1 - |s|)^(1 + alpha + 0.7 w)``
-    averaged over r = 0.3 (1 - w) to either side and 1 deep::
+    H is a furrow and the broad crest that its skin makes on one side of it. At `worn` = w, let a be a quarter of the
+    width times 1 - 0.3 w, b = 3 a, c three eighths of the width, and F the furrow ``(1 - |s|)^(1 + alpha)`` averaged
+    over r = 0.3 to either side and 1 deep::
 
         H(q) = 2^alpha (beta t (1 - t)^2 - F((1 + r) s)) / (1 + 4 beta / 27),  t = q / b,  s = q / a (q > 0) or q / c,
 
@@ -132,12 +134,12 @@ class Crease(Muscle):
     @property
     def _furrow(self) -> float:
         """a, half the width of the furrow; the crest reaches three times as far."""
-        return 0.25 * self.width * (1.0 - (1.0 - LINE) * self.worn)
+        return 0.25 * self.width * (1.0 - (1.0 - WORN) * self.worn)
 
     @property
     def _far(self) -> float:
         """c, how far the furrow reaches on the side without a crest."""
-        return self._furrow * (1.5 - 0.5 * self.worn)
+        return 0.375 * self.width
 
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
         """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points; and
@@ -192,13 +194,13 @@ class Crease(Muscle):
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side at least."""
-        rounded = max(check_range("blunt", blunt, 0.0, 1.0), 0.3 * (1.0 - self.worn))
+        rounded = max(check_range("blunt", blunt, 0.0, 1.0), ROUNDED)
         q, alpha = self._plane(points)[1], self.wrinkles.alpha
-        sharp, t = alpha + SHARPER * self.worn, np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
+        t = np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
         s = (1.0 + rounded) * q / np.where(q > 0.0, self._furrow, self._far)
-        deepest = float(_averaged(np.zeros(1), sharp, rounded)[0])
-        taken = (1.0 + self._far / self._furrow) / ((2.0 + sharp) * (1.0 + rounded) * deepest)
-        furrow = _averaged(s, sharp, rounded) / deepest
+        deepest = float(_averaged(np.zeros(1), alpha, rounded)[0])
+        taken = (1.0 + self._far / self._furrow) / ((2.0 + alpha) * (1.0 + rounded) * deepest)
+        furrow = _averaged(s, alpha, rounded) / deepest
         beta = 4.0 * taken
         return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
@@ -244,10 +246,7 @@ def _averaged(q, alpha, width):
     """``(1 - |q|)^(1 + alpha)``, 0 beyond 1, averaged over a width to either side."""
     out = np.empty_like(q)
     for i in range(len(q)):
-        if width > 0.0:
-            out[i] = (_dug(q[i] + width, alpha) - _dug(q[i] - width, alpha)) / (2.0 * width)
-        else:
-            out[i] = max(1.0 - abs(q[i]), 0.0) ** (1.0 + alpha)
+        out[i] = (_dug(q[i] + width, alpha) - _dug(q[i] - width, alpha)) / (2.0 * width)
     return out
 
 
