@@ -289,7 +289,6 @@ def head_of(identity: Identity) -> Head:
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     thin = 0.45 * max(-identity.sex, identity.child, 0.0)  # share of the hairs that brows of women and children lack
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
-    falls = identity.hair_length > 0.0 >= identity.hair_combed
     # Scalp is seen between the hairs of short cuts, and where hair is parted or tied back.
     bare = 0.25 * (1.0 if identity.hair_length > 0.0 else -identity.hair_length)
     graying = 0.2  # the age at which hair begins to turn gray
@@ -300,9 +299,8 @@ def head_of(identity: Identity) -> Head:
     # Factors of red, green and blue of the fairest and of the darkest hair.
     tint = np.array([0.55, 0.6, 0.65] if identity.hair > 0.0 else [3.1, 3.0, 2.5]) ** abs(identity.hair)
     old = float(smoothstep((identity.age - graying) / (1.0 - graying)))
-    # At age 1, 85 % of hair is gray, and 90 % of its border is bare on a masculine head, as it is at any age before
-    # hair that falls from a parting.
-    gray, border = 0.85 * old, 0.9 * max(old * identity.sex, float(falls))
+    # At age 1, 85 % of hair is gray, and 90 % of its border is bare on a masculine head.
+    gray, border = 0.85 * old, 0.9 * max(old * identity.sex, 0.0)
     # Brows are as dark as hair, but half as fair, and turn gray less and later: until then they have at most 60 % of
     # the color of the forehead.
     own = np.minimum(np.minimum(tint, np.sqrt(tint)) * mean.brows.color, 0.6 * skin * TONES[4, 1:])

@@ -5,8 +5,6 @@ Lengths are in mm. Hair is opaque, and a hair of the sheet is a row of its point
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
@@ -139,7 +137,6 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     places, tints, strands = (
         np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
     )
-    places = places if combed > 0.0 else hull.above(LEAST, places)
     mesh = to_polydata(places, _triangles([points.shape[:2] for points, *_ in parts]))
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
     mesh.point_data[STRAND_AT] = strands.astype(np.float32)
@@ -159,23 +156,19 @@ def _tied(
     """Return the :func:`_bundle` of hairs that are combed from the hairline to a tie, and of the knot or tail there."""
     marks, dense, aside = head.landmarks, 0.5 + 0.5 * head.paint[0].density, np.array([1.0, 0.0, 0.0])
     # Hair is combed along great circles about a point, which is here from the middle between the zygions.
-    middle, back = marks["zygion_l"] * (1.0 - aside) + [0.0, 41.0, -12.0], towards_tie(high)
+    back = towards_tie(high)
     up = np.cross(back, aside)
     turn, angle = np.linspace(2.0 * np.pi, 0.0, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
-    scalp = hull.reached(middle, ways)
-    inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks)).reshape(COLUMNS, STEPS)
+    middle, scalp, inside = _scalp(head, hull, ways)
     # The sheet begins 10 mm inside the hairline at the sides, and 4 mm farther at the front than there.
-    deep, hairs = inside - 10.0 - 4.0 * ways[..., 2], np.arange(COLUMNS)
-    past = (deep < 0.0).argmax(axis=1)
-    first = past - deep[hairs, past] / (deep[hairs, past] - deep[hairs, past - 1]) - random.uniform(0.0, 1.0, COLUMNS)
+    first = _outermost(inside - 10.0 - 4.0 * ways[..., 2]) - random.uniform(0.0, 1.0, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
     # It comes out of the skin, and lies on the hull from 45 mm inside the hairline.
-    gap = BoxTree(head.points, head.triangles).closest(lines.reshape(-1, 3))[2].reshape(COLUMNS, KNOTS)
     off = smoothstep((_between(inside[..., None], first[:, None] * along)[..., 0] - 10.0) / 35.0)
     lift = 1.5 + (0.5 + 3.0 * dense) * off * (1.0 + 0.1 * _even(random, (COLUMNS,), 2.0)[:, None])
-    lines += (lift - (1.0 - off) * gap)[..., None] * unit(lines - middle)
+    lines += (lift - (1.0 - off) * _gap(head, lines))[..., None] * unit(lines - middle)
     combed = _bundle(random, hull, lines, np.full(COLUMNS, KNOTS - 1.0))
     tie, thick = hull.reached(middle, back), 12.0 * (0.7 + 0.6 * dense)  # radius of a tail, and of what is wound
     grown = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
@@ -198,6 +191,11 @@ def _tied(
     return combed + [(hull.above(0.8, points), tints, numbers) for points, tints, numbers in hanging]
 
 
+def _gap(head: Head, lines: Array) -> Array:
+    """Return how far points (..., 3) are from the skin."""
+    return BoxTree(head.points, head.triangles).closest(lines.reshape(-1, 3))[2].reshape(lines.shape[:-1])
+
+
 def _bundle(
     random: np.random.Generator,
     hull: RoundedHull,
@@ -212,7 +210,7 @@ def _bundle(
     locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
     dark at its roots and below, and begins more evenly: there roots differ by 1 mm.
     """
-    loose, darker, power = (6.0, 0.4, 0.4) if falls else (3.0, 0.0, 1.0)
+    loose, darker, power = (6.0, 0.4, 0.7) if falls else (3.0, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
@@ -251,20 +249,25 @@ def _fallen(
     marks = head.landmarks
     dense = 0.5 + 0.5 * head.paint[0].density
     even, uneven = _even(random, (COLUMNS,), 12.0), _even(random, (COLUMNS,), 2.0)
-    share = np.linspace(0.0, 1.0, COLUMNS)  # of the way around
-    whorl = 0.27, 0.73  # shares at which hairs begin to come from the rear end of the parting, and cease to
-    # Hair is gathered near the front end, from where it spreads around the face.
-    along = np.interp(share, [0.0, *whorl, 1.0], [0.0, 1.0, 1.0, 0.0]) ** 1.5
-    roots = hull.reached(_parting(marks, along), np.array([0.0, 1.0, 0.0]))
-    aside = np.interp(share, whorl, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
+    number = np.arange(COLUMNS)
+    outer = np.minimum(number, number[::-1])  # numbers of hairs from both sides of the face
+    # The outermost come from the hairline, up to the temples, unless hair is combed to a fringe; the others from the
+    # parting, and from the 60th on, of its rear end. They are gathered near the front end.
+    bare, first, whorl = (1.0 + combed) ** 3, 24.0, 60.0
+    edge, along = np.maximum(bare - outer / first, 0.0), np.interp(outer, [bare * first, whorl], [0.0, 1.0]) ** 1.5
+    aside = np.interp(number, [whorl, COLUMNS - 1.0 - whorl], [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
+    roots = _roots(head, hull, edge * np.sign(aside), along)
     comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
     # Hair that falls to the other side from 20 mm off the middle is combed upwards and twice as far back, and keeps to
-    # that for half as long again. The foremost hair is combed further back than the rest, unless it forms a fringe.
-    far, front = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / 20.0, 1.0 - along
+    # that for half as long again. The foremost hair is combed further back than the rest, unless it forms a fringe,
+    # and that of the temples down.
+    parted = np.clip(number, np.ceil(bare * first), COLUMNS - 1 - np.ceil(bare * first)).astype(int)
+    far, front = np.maximum(-roots[parted, 0] * np.sin(aside), 0.0) / 20.0, 1.0 - along
     comb[:, 1] += 0.16 * (1.0 + combed) * far * front
-    comb[:, 2] -= (0.35 * (1.0 + far) + 0.25 + combed) * front
+    comb[:, 2] -= ((0.75 + 0.35 * far) * bare + 0.4 * combed) * front
+    comb += edge[:, None] * ([0.0, -1.0, -0.4] - comb)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
-    fringe = (1.0 - (1.0 + combed) ** 2) * front**3
+    fringe = (1.0 - bare) * front**3
     # Share of the way down of the hem of the shortest: between that and cropped hair are cuts that a sheet cannot show.
     shortest = 0.42
     down = (1.0 - fringe) * (shortest + (1.0 - shortest) * length)
@@ -281,18 +284,45 @@ def _fallen(
     swing = 9.0 * dense**2 * np.minimum(0.5 * grown / wave, 1.0)
     lines += (swing * np.sin(phase))[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
+    lines = hull.above(LEAST, lines)
+    # It comes out of the skin.
+    lines -= ((1.0 - smoothstep(grown / 40.0)) * (_gap(head, lines) - 1.7))[..., None] * up
     return lines, ends
 
 
-def _parting(marks: Mapping[str, Array], along: Array) -> Array:
-    """Return the places (k, 3), at no height, at shares (k,) of the parting: where it suits the shape of the face."""
-    # Both ends are to the left of the middle, and behind the hairline.
-    front, back = np.array([[4.0, 0.0, -2.0], [5.0, 0.0, -105.0]]) + np.array([0.0, 0.0, marks["trichion"][2]])
+def _roots(head: Head, hull: RoundedHull, edge: Array, along: Array) -> Array:
+    """Return the roots (k, 3), on the hull, of hairs at shares (k,) of the hairline from the parting to the left temple
+    (1) or to the right one (-1), and at shares (k,) of the parting, which begins where it suits the shape of the face.
+    """
+    marks = head.landmarks
     # The rounder a face, the farther aside: an oval face is 0.84 as wide as it is high from chin to hairline, a round
     # one 0.045 wider.
     ratio = (marks["zygion_l"] - marks["zygion_r"])[0] / (marks["trichion"] - marks["menton"])[1]
-    front[0] = np.clip(front[0] + (ratio - 0.84) / 0.045 * 30.0, -20.0, 30.0)
-    return np.asarray(front + along[:, None] * (back - front))
+    front, temple = np.clip(4.0 + (ratio - 0.84) / 0.045 * 24.0, -16.0, 24.0), 60.0  # degrees to the left
+    turn = np.radians(front + edge * temple - np.abs(edge) * front)[:, None]
+    rise = np.linspace(0.5 * np.pi, -0.3, STEPS)
+    ways = [np.sin(turn) * np.cos(rise), np.sin(rise) + 0.0 * turn, np.cos(turn) * np.cos(rise)]
+    _, scalp, inside = _scalp(head, hull, np.stack(ways, axis=2))
+    begin = _between(scalp, _outermost(inside - 3.0)[:, None])[:, 0]  # 3 mm inside of the hairline
+    back = np.array([5.0, 0.0, marks["trichion"][2] - 105.0])  # to the left of the middle, too
+    return hull.reached(begin + along[:, None] * (back - begin), np.array([0.0, 1.0, 0.0]))
+
+
+def _scalp(head: Head, hull: RoundedHull, ways: Array) -> tuple[Array, Array, Array]:
+    """Return a point (3,) between the ears, the points (k, s, 3) of the hull that are reached from it along ways, and
+    how far (k, s) these are inside of the hairline.
+    """
+    marks = head.landmarks
+    middle = marks["zygion_l"] * [0.0, 1.0, 1.0] + [0.0, 41.0, -12.0]
+    scalp = hull.reached(middle, ways)
+    inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks))
+    return middle, scalp, inside.reshape(scalp.shape[:-1])
+
+
+def _outermost(deep: Array) -> Array:
+    """Return the fractional numbers (k,) of the places along lines at which depths (k, s) have fallen to 0."""
+    lines, past = np.arange(len(deep)), (deep < 0.0).argmax(axis=1)
+    return np.asarray(past - deep[lines, past] / (deep[lines, past] - deep[lines, past - 1]))
 
 
 def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Array, hem: Array) -> tuple[Array, Array]:
