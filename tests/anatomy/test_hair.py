@@ -69,6 +69,18 @@ def test_the_longest_covers_the_ears(grown):
         assert hidden(face, face.points[ear & (sign * x > 0.0)], [sign, 0.0, 0.0]).all()
 
 
+@pytest.mark.parametrize("combed", [0.0, -0.9])
+@pytest.mark.parametrize("person", [{"child": 0.9}, {"width": 1.0, "length": -1.0}, {"width": -1.0, "length": 1.0}])
+def test_it_comes_out_of_the_scalp_from_the_hairline_on(person, combed):
+    """Also where it is parted, however far aside. Locks, up to 3 mm wide at their roots, may begin over others."""
+    face = fw.default_face(person | {"hair_length": 0.7, "hair_combed": combed})
+    hair = hair_of(face)
+    ends = pv.PolyData(np.asarray(hair.points)[hair.point_data["strand_at"][:, 1] == 0.0])
+    roots = ends.points[ends.compute_implicit_distance(face.mesh)["implicit_distance"] < 2.5]
+    assert len(roots) > 150
+    assert -2.0 < hair_cover(roots, face.landmarks, face.frame).min() < 5.0
+
+
 def test_it_hangs_beside_the_face(grown):
     names = (
         "eye_l_inner",
