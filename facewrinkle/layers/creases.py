@@ -85,8 +85,8 @@ class Creases(MuscleWrinkles):
         deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
         rows = [k for k in deepest.values() if self._muscles[k].span == (0.0, 1.0)]
         middles = np.array([self._muscles[k].path[1] for k in rows]).reshape(-1, 3)
-        # At age 1 it is a quarter as deep as in skin that is pushed together altogether.
-        self._kept[rows] = 0.25 * self._worn_on(face) * kept_at_rest(face, middles)
+        # At age 1 it is 0.26 times as deep as in skin that is pushed together altogether.
+        self._kept[rows] = 0.26 * self._worn_on(face) * kept_at_rest(face, middles)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:

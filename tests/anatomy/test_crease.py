@@ -84,7 +84,7 @@ def test_the_flesh_of_the_old_hangs_over(alpha):
     """Of the same depth a step is steeper, and bends more sharply, the older it is; beyond the line it stays gentle."""
     step, steps, rises, bends = 2500, [], [], []  # 0.25 mm
     for worn in (0.0, 0.5, 1.0):
-        height = STRAIGHT.replaced(alpha=alpha, worn=worn).unit_amplitude(SECTION)[::step]
+        height = STRAIGHT.replaced(alpha=alpha, worn=worn).height(SECTION)[::step]
         slope = np.diff(height) / (step * (ACROSS[1] - ACROSS[0]))
         steps.append(slope.max())
         rises.append(-slope.min())
@@ -128,7 +128,10 @@ def test_taper_and_span_act_along_the_furrow():
     share = bowed(taper=(0.5, 1.0)).envelope(places)
     at = places[::-1, 1] / 40.0
     expected = np.minimum(np.clip((1.0 - places[:, 1] / 40.0) / 0.25, 0, 1), np.clip(at[::-1] / 0.5, 0, 1))
-    np.testing.assert_allclose(share, expected**2 * (3.0 - 2.0 * expected), atol=1e-12)
+    expected = expected**2 * (3.0 - 2.0 * expected)
+    np.testing.assert_allclose(share, expected, atol=1e-12)
+    worn = bowed(taper=(0.5, 1.0), worn=0.6).envelope(places)  # flesh hangs most where the taper is short
+    np.testing.assert_allclose(worn, (1.0 - 0.21 * bowed().coordinates(places)[0]) * expected, atol=1e-12)
     part = bowed(span=(0.5, 1.0))
     assert part.wrinkling_region(places).tolist() == (places[:, 1] <= 20.0).tolist()
     whole = bowed().unit_amplitude(places)

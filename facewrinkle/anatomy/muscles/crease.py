@@ -19,8 +19,9 @@ from .base import Muscle, checked_points, checked_size
 LINE, WORN = 0.6, 0.7
 """Widths, relative to that of a step: of the line where its skin is bound, and of the old flesh that hangs over it."""
 
-ROUNDED = 0.3
-"""Share of its half cycle over which a furrow is averaged, to either side."""
+FADING = 0.7
+"""Share of its depth that a fold of the old has lost at its end, where its tapers differ by 1: flesh hangs most where
+the shorter one is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,8 @@ class Crease(Muscle):
         H(q) = 2^alpha (beta t (1 - t)^2 - F((1 + r) s)) / (1 + 4 beta / 27),  t = q / b,  s = q / a (q > 0) or q / c,
 
     each term being 0 outside of (0, b) and (-c, a), where beta makes the integral 0. The crest is highest at q = a, and
-    from bulge to furrow it is 2^alpha as in all wrinkles. `taper` acts along the furrow.
+    from bulge to furrow it is 2^alpha as in all wrinkles. Along the furrow act `taper` and, if that at the
+    end is longer by d, the factor ``1 - 0.7 w d m``, where m goes from 0 at the start of the `span` to 1 at its end.
 
     Examples
     --------
@@ -183,9 +185,12 @@ class Crease(Muscle):
         return self.path[0] + 0.5 * length * along, float(np.linalg.norm(half))
 
     def envelope(self, points: npt.ArrayLike) -> Array:
-        """At: the taper towards both ends."""
+        """At: the taper towards both ends, and the fading of what is worn towards the second."""
         along, _, inside = self.located(points)
-        return np.where(inside, self._tapered((along - self.span[0]) / (self.span[1] - self.span[0])), 0.0)
+        share = (along - self.span[0]) / (self.span[1] - self.span[0])
+        first, last = self.wrinkles.tapers
+        left = 1.0 - FADING * self.worn * max(last - first, 0.0) * share
+        return np.where(inside, left * self._tapered(share), 0.0)
 
     def cover(self, points: npt.ArrayLike) -> Array:
         """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the borders of the line."""
@@ -194,7 +199,7 @@ class Crease(Muscle):
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side at least."""
-        rounded = max(check_range("blunt", blunt, 0.0, 1.0), ROUNDED)
+        rounded = max(check_range("blunt", blunt, 0.0, 1.0), 0.3)
         q, alpha = self._plane(points)[1], self.wrinkles.alpha
         t = np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
         s = (1.0 + rounded) * q / np.where(q > 0.0, self._furrow, self._far)
