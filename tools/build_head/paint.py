@@ -201,9 +201,9 @@ def mottled(places: Array, lip: Array) -> Array:
     shares += np.stack([0.009 * brown, 0.014 * brown, 0.019 * brown], axis=1)
     shares += freckle[:, None] * [0.05, 0.09, 0.11]
     skin = 1.0 - shares - 0.04 * pores[:, None] * [0.8, 1.0, 1.05]
-    wavy = places * [1.0, 0.12, 0.12] + 0.5 * noise(places, 2.5, 11)[:, None] * [1.0, 0.0, 0.0]
-    lines = smoothstep(1.0 - np.abs(noise(wavy, 0.9, 9)) / 0.7) + 0.5 * noise(wavy, 2.2, 10)
-    red = 1.0 - 0.045 * lines[:, None] - 0.02 * blood[:, None]
+    wavy = places * [1.0, 0.3, 0.3] + 0.5 * noise(places, 2.5, 11)[:, None] * [1.0, 0.0, 0.0]
+    lines = smoothstep(1.0 - np.abs(noise(wavy, 0.9, 9)) / 0.7)
+    red = 1.0 - lines[:, None] * [0.015, 0.045, 0.04] - 0.02 * blood[:, None]
     return skin + lip * (red - skin)
 
 
