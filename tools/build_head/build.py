@@ -198,6 +198,12 @@ def lid_rows(half: HalfCage, plane: Array, mesh: ChartMesh) -> Iterator[Array]:
         yield places[cKDTree(mesh.plane).query(places)[0] < 1e-9]
 
 
+def ear_rings(half: HalfCage, plane: Array, rings: list[list[int]]) -> list[tuple[Array, Array]]:
+    """Return the places (k, 2) in the chart, and the shares of the way around, of typed points of the ear's rings."""
+    places = [plane[[half.of(f"ear_ring{k}.{n}") for n in ring]] for k, ring in enumerate(rings, 1)]
+    return [(place, np.array(ring) / len(rings[0])) for place, ring in zip(places, rings, strict=True)]
+
+
 def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int32], IntArray, Array]:
     """Return the left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
 
@@ -301,6 +307,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mesh, end = half_mesh(laid_out, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
     mesh.insert_row(*lid_rows(laid_out, plane, mesh))
+    mesh.refill(ear_rings(laid_out, plane, data["ear"]))
     keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
     half = half_surface(data)
     mold = molding(half, mesh, keep, twins)

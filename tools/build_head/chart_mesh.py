@@ -8,8 +8,10 @@ edges too long for their target length are split, edges are flipped to Delaunay,
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
+from matplotlib.path import Path
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -220,6 +222,31 @@ class ChartMesh:
             self._flip(edge, sides, self.triangles[sides].sum(axis=1) - edge.sum())
         self.flip()
 
+    def refill(self, rings: list[tuple[Array, Array]]) -> None:
+        """Replace the vertices inside a ring by as many others, on rings inside it; edges along the rings are kept.
+
+        All others stay where they are. A ring is places (k, 2), clockwise, and their shares (k,) of the way around, in
+        [0, 1); the outermost ring lies on vertices and edges.
+        """
+        outer = rings[0][0]
+        rim = cKDTree(self.plane).query(outer)[1]
+        inside = Path(outer).contains_points(self.plane[self.triangles].mean(axis=1))
+        old = np.setdiff1d(self.triangles[inside], rim)
+        ends = np.cumsum([len(places) for places, _ in rings[1:]])
+        if ends[-1] != len(old):
+            raise ValueError(f"the rings must hold {len(old)} vertices, not {ends[-1]}")
+        self.plane[old] = np.concatenate([places for places, _ in rings[1:]])
+        self.kind[old] = FREE
+        vertices = [rim, *np.split(old, ends[:-1])]
+        named = [(ring, share) for ring, (_, share) in zip(vertices, rings, strict=True)]
+        last = vertices[-1]
+        fan = np.column_stack([np.full(len(last) - 2, last[0]), last[2:], last[1:-1]])
+        self.triangles[inside] = np.vstack([*(_between(*pair) for pair in pairwise(named)), fan])
+        sides = np.concatenate([np.column_stack([ring, np.roll(ring, -1)]) for ring in vertices])
+        self.kept |= set(map(tuple, np.sort(sides, axis=1).tolist()))
+        self._evaluate()
+        self.flip()
+
     def _may_collapse(self, v: int, u: int, fan: IntArray, other: IntArray, border: bool, slim: float) -> bool:
         """Return True if vertex v may collapse onto its neighbor u: without a fold, along its line if it has one."""
         if self.kind[v] == FIXED or any(v in edge for edge in self.kept):
@@ -394,6 +421,14 @@ def _normals(corners: Array) -> Array:
     """Unit normals (m, 3) of triangles (m, 3, 3)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
+
+
+def _between(outer: tuple[IntArray, Array], inner: tuple[IntArray, Array]) -> IntArray:
+    """Triangles (n + m, 3) between two clockwise rings: vertices, and their shares of the way around."""
+    (a, to_a), (b, to_b) = ((ring, np.append(share[1:], share[0] + 1.0)) for ring, share in (outer, inner))
+    tip_b = b[np.searchsorted(to_b, to_a, side="left") % len(b)]
+    tip_a = a[np.searchsorted(to_a, to_b, side="right") % len(a)]
+    return np.vstack([np.column_stack([np.roll(a, -1), a, tip_b]), np.column_stack([b, np.roll(b, -1), tip_a])])
 
 
 def _fans(triangles: IntArray, n: int) -> list[IntArray]:
