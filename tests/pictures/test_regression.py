@@ -43,7 +43,7 @@ EXPRESSIONS = {
     "frowning": "glabella",
     "closing_eye": "left_eye",
     "stretching_mouth": "right_mouth",
-    "paper_fear": "forehead",
+    "paper_fear": "glabella",
     "happiness": "left_eye",
     "disgust": "nose",
     "sadness": "glabella",
