@@ -210,7 +210,7 @@ def _bundle(
     locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
     dark at its roots and below, and begins more evenly: there most roots differ by less than 5 mm.
     """
-    loose, darker, power = (6.0, 0.4, 0.8) if falls else (3.0, 0.0, 1.0)
+    loose, darker, power = (6.0, 0.4, 0.55) if falls else (3.0, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
