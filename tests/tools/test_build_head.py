@@ -2,7 +2,7 @@
 
 what                            checked against
 Catmull-Clark subdivision       planes, bicubic B-splines, itself at other levels
-meshes in charts                their count and topology; Delaunay triangulations of flat ones
+meshes in charts                their count and topology; Delaunay triangulations of flat ones; rings that are kept
 sky that is left open           a ball, which hides none of it, and the bottom of a cylinder, in closed form
 averages over neighbors         constants, which stay, and a sum of squares, which falls
 noise                           its variance, grains and seeds
@@ -171,6 +171,36 @@ def test_fixed_vertices_and_kept_edges_stay() -> None:
     assert any(set(kept) <= set(t) for t in mesh.triangles.tolist())
     on_line = mesh.plane[mesh.kind == ON_LINE]
     assert np.abs(on_line - np.round(on_line)).min(axis=1).max() < 1e-12
+
+
+def test_a_ring_is_filled_with_rings_and_all_else_stays() -> None:
+    plane, triangles = square(6)
+    chart = Chart(plane, triangles, np.column_stack([plane, np.zeros(len(plane)), np.full(len(plane), 0.1)]))
+    mesh = ChartMesh(chart, plane.copy(), triangles, *kinds_and_lines(plane), set())
+    off = plane - 0.5
+    rim = np.flatnonzero(np.isclose(np.abs(off).max(axis=1), 1.0 / 3.0))
+    inside = np.flatnonzero(np.abs(off).max(axis=1) < 0.3)
+    share = (0.25 - np.arctan2(off[rim, 1], off[rim, 0]) / (2.0 * np.pi)) % 1.0  # clockwise from the top
+    rim, share = rim[np.argsort(share)], np.sort(share)
+    rings = [(plane[rim], share)]
+    for count, radius in ((6, 0.2), (3, 0.08)):
+        turn = np.arange(count) / count
+        around = np.column_stack([np.sin(2.0 * np.pi * turn), np.cos(2.0 * np.pi * turn)])
+        rings.append((0.5 + radius * around, turn))
+    mesh.refill(rings)
+    stay = np.setdiff1d(np.arange(len(plane)), inside)
+    assert (mesh.plane[stay] == plane[stay]).all()
+    np.testing.assert_array_equal(mesh.plane[inside], np.vstack([places for places, _ in rings[1:]]))
+    assert mesh.triangles.shape == triangles.shape
+    assert is_oriented(mesh.triangles)
+    areas = signed_areas(mesh.plane, mesh.triangles)
+    assert areas.min() > 0.0
+    assert areas.sum() == pytest.approx(1.0, abs=1e-12)
+    edges = {frozenset(edge) for t in mesh.triangles.tolist() for edge in zip(t, t[1:] + t[:1], strict=True)}
+    for ring in (rim, inside[:6], inside[6:]):
+        assert {frozenset(edge) for edge in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)} <= edges
+    with pytest.raises(ValueError, match="the rings must hold 9 vertices, not 6"):
+        mesh.refill(rings[:2])
 
 
 # --- charts ---------------------------------------------------------------------------------------
