@@ -31,7 +31,7 @@ from tools.trials.player import area_shares
 @pytest.fixture(scope="module")
 def coarse(face):
     """The built-in face with a third of its triangles."""
-    mesh = pv.PolyData.from_regular_faces(face.points, face.triangles).decimate(0.7)
+    mesh = pv.PolyData.from_regular_faces(face.points, face.triangles).decimate_pro(0.7)
     return fw.fit_face(mesh, face.landmarks, units="mm")
 
 
