@@ -113,6 +113,14 @@ class Identity:
         back; the thinner it is, the less. Long hair has a fringe over the forehead, the less, the nearer to 0, where it
         falls behind the cheeks; above 0 it is tied at the back, the higher, the greater: in a knot up to a
         `hair_length` of 0.4, else in a tail.
+    eye_slant : float
+        From low to high outer corners of the eyes.
+    brow_arch : float
+        From straight to arched brows.
+    mouth_corners : float
+        From low to high corners of the mouth.
+    nose_wings : float
+        From high wings of the nose, which show its septum, to low ones.
 
     Raises
     ------
@@ -154,6 +162,10 @@ class Identity:
     ears: float = 0.0
     beard: float = 0.0
     hair_combed: float = 0.0
+    eye_slant: float = 0.0
+    brow_arch: float = 0.0
+    mouth_corners: float = 0.0
+    nose_wings: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -207,15 +219,17 @@ class Identity:
             return dict(zip(names, np.where(np.isin(names, EVEN), even, usual).tolist(), strict=True))
 
         names = [field.name for field in dataclasses.fields(cls)]
-        first = 20  # are drawn before all others: parameters that come later change nobody's
+        # These many are drawn before all others: parameters that come later change nobody's.
+        first, last = 20, names.index("hair_combed")
         drawn = values_of(names[:first])
         sex, child = spread * random.power(3.0, 2)  # few are in between
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
         drawn["child"] = float(child) if random.random() < 0.1 else 0.0
-        drawn |= values_of(names[first:-1])
+        drawn |= values_of(names[first:last])
         # Men's is cropped to any length, and most women's is long.
         drawn["hair_length"] = float(np.clip(0.6 * (drawn["hair_length"] - drawn["sex"]), -spread, spread))
         drawn["hair_combed"] = float(random.uniform(-spread, spread))
+        drawn |= values_of(names[last + 1 :])
         return cls(**drawn).plausible()
 
     @property
@@ -239,7 +253,7 @@ class Identity:
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
-        Identity(..., sex=0.0, child=0.8, skin=0.5, hair=0.5, ..., beard=-0.8, hair_combed=0.0)
+        Identity(..., sex=0.0, child=0.8, skin=0.5, hair=0.5, ..., beard=-0.8, ...)
         """
         child = max(self.child, 0.0)
         age = min(self.age, -child) if child > 0.0 else self.age

@@ -152,6 +152,10 @@ def test_no_basic_emotion_bares_the_white_below_the_iris(face: Face) -> None:
         ("nose_tip", "nose_tip", "sellion", 1),
         ("cheekbones", "zygion_l", "zygion_r", 0),
         ("philtrum", "subnasale", "upper_lip_mid", 1),
+        ("eye_slant", "eye_l_outer", "subnasale", 1),
+        ("brow_arch", "brow_l_mid", "brow_l_inner", 1),
+        ("mouth_corners", "mouth_l", "menton", 1),
+        ("nose_wings", "ala_l", "sellion", 1),
     ],
 )
 def test_parameters_do_what_they_say(name: str, first: str, second: str, axis: int) -> None:

@@ -10,10 +10,13 @@ const PERSON = { // parameters of the built-in head: what each is called, and wh
   },
   "Shape of eyes, nose and mouth": {
     brow: ["Brow ridge", "flat", "heavy"], eye_spacing: ["Eye spacing", "close", "wide-set"],
+    brow_arch: ["Brows", "straight", "arched"], eye_slant: ["Eye slant", "low outer corners", "high ones"],
     eye_fold: ["Eyelid fold", "a deep crease", "none, with a fold over the inner corner"], nose_length: ["Nose length", "short", "long"],
     nose_width: ["Nose width", "narrow", "broad"], nose_bridge: ["Bridge of the nose", "low and scooped", "high, with a hump"],
     nose_tip: ["Tip of the nose", "upturned", "drooping"], nose_bulb: ["Breadth of the tip", "fine", "bulbous"],
+    nose_wings: ["Wings of the nose", "high", "low"],
     mouth: ["Mouth width", "narrow", "wide"], lips: ["Lips", "thin", "full"],
+    mouth_corners: ["Corners of the mouth", "low", "high"],
     upper_lip: ["Upper lip", "thinner than the lower", "fuller than the lower"], philtrum: ["Philtrum", "short and deep", "long and flat"],
   },
   Colors: {
