@@ -26,6 +26,9 @@ SEED = 5
 COLUMNS, LOCKS, STRANDS = 200, 120, 45
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
+TRESS = 8
+"""Hairs of the sheet that part from the others and thin to a tip where it falls."""
+
 KNOTS, LOCK_HAIRS = 23, 3
 """Points along each of them, and hairs side by side in a lock."""
 
@@ -225,11 +228,12 @@ def _bundle(
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
     of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.3  # mm: the width of a strand
+    pieces = columns // TRESS if falls else 1
     return [
         (
-            sheet[None],
-            (1.0 - darker) * dark * _tints(random, 1, columns),
-            _strands(10.0 * np.arange(columns)[None], power),
+            sheet.reshape(pieces, -1, KNOTS, 3),
+            (1.0 - darker) * dark * _tints(random, pieces, columns // pieces),
+            _strands(10.0 * np.arange(columns).reshape(pieces, -1), power),
         ),
         (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
         (
@@ -243,13 +247,17 @@ def _bundle(
 def _fallen(
     random: np.random.Generator, head: Head, hull: RoundedHull, length: float, combed: float
 ) -> tuple[Array, Array]:
-    """Return the lines (k, STEPS + 1, 3) of the hairs of the sheet, combed and waved, and how many of the steps (k,) it
-    takes to reach the hem.
+    """Return the lines (k, STEPS + 1, 3) of the hairs of the sheet, combed and waved, tress by tress, and how many of
+    the steps (k,) it takes to reach the hem.
     """
     marks = head.landmarks
     dense = 0.5 + 0.5 * head.paint[0].density
-    even, uneven = _even(random, (COLUMNS,), 12.0), _even(random, (COLUMNS,), 2.0)
-    number = np.arange(COLUMNS)
+    even = _even(random, (COLUMNS,), 12.0)
+    # Borders of tresses lie one over the other, lest skin is seen between their roots; each hangs in its own way.
+    tresses, wide = COLUMNS // TRESS, 1.5 * TRESS
+    across = np.tile(np.linspace(-0.5, 0.5, TRESS), tresses)
+    number = np.repeat(np.linspace(0.5 * wide, COLUMNS - 1.0 - 0.5 * wide, tresses), TRESS) + wide * across
+    own = np.repeat(random.normal(size=(tresses, 2)), TRESS, axis=0)
     outer = np.minimum(number, number[::-1])  # numbers of hairs from both sides of the face
     # The outermost come from the hairline, up to the temples, unless hair is combed to a fringe; the others from the
     # parting, and from the 60th on, of its rear end. They are gathered near the front end.
@@ -271,20 +279,25 @@ def _fallen(
     # Share of the way down of the hem of the shortest: between that and cropped hair are cuts that a sheet cannot show.
     shortest = 0.42
     down = (1.0 - fringe) * (shortest + (1.0 - shortest) * length)
-    hem = brows + down * (chin - brows) + 4.0 * (0.15 + 0.85 * length) * (even + 1.5 * uneven)
+    uneven = 5.0 * (0.15 + 0.85 * length) * (even + own[:, 0])
+    hem = brows + down * (chin - brows) + uneven + 40.0 * across**2
     lift = (4.0 + 10.0 * dense**2) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
     grown = STEP * np.arange(STEPS + 1)
     turning, turned_in = 0.55, 15.0  # share of its length from which hair turns in, and how far its tips do
-    turn = np.maximum(np.minimum(grown / (STEP * ends[:, None]), 1.0) - turning, 0.0) / (1.0 - turning)
+    done = np.minimum(grown / (STEP * ends[:, None]), 1.0)
+    turn = np.maximum(done - turning, 0.0) / (1.0 - turning)
     up = hull(lines)[1]
     aside = unit(np.cross(np.gradient(lines, axis=1), up))
     wave = 66.0  # of which the first two grow to the width of the others
     phase = 2.0 * np.pi * grown / wave + 2.5 * _even(random, (COLUMNS,), 25.0)[:, None]
     swing = 9.0 * dense**2 * np.minimum(0.5 * grown / wave, 1.0)
-    lines += (swing * np.sin(phase))[..., None] * aside
+    # Tresses part towards their tips, the foremost most.
+    apart = (3.0 + 6.0 * front)[:, None] * own[:, 1:] * done**3
+    lines += (swing * np.sin(phase) + apart)[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
-    lines = hull.above(LEAST, lines)
+    middle = np.repeat(lines.reshape(tresses, TRESS, -1).mean(axis=1), TRESS, axis=0).reshape(lines.shape)
+    lines = hull.above(LEAST, lines + 0.4 * done[..., None] ** 2 * (middle - lines))
     # It comes out of the skin.
     lines -= ((1.0 - smoothstep(grown / 40.0)) * (_gap(head, lines) - 1.7))[..., None] * up
     return lines, ends
@@ -329,9 +342,11 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Arr
     """Return the lines (k, STEPS + 1, 3) of hair, and how many of the steps (k,) it takes to reach the hem."""
     lines, way = [roots], np.zeros_like(roots)
     for step in range(STEPS):
-        length, (_, normals) = step * STEP, hull(lines[-1])
+        length, (height, normals) = step * STEP, hull(lines[-1])
         combed = comb - (comb * normals).sum(axis=1, keepdims=True) * normals
-        wanted = combed * np.exp(-length / reach)[:, None] - [0.0, 0.8, 0.0] if step else combed + 0.4 * normals
+        # It clings to what it is near to.
+        falling = -0.17 * np.exp(-height / 12.0)[:, None] * normals - [0.0, 0.8, 0.0]
+        wanted = combed * np.exp(-length / reach)[:, None] + falling if step else combed + 0.4 * normals
         way = unit(1.5 * way + unit(wanted))
         least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + 0.02 * (length + STEP)
         lines.append(hull.above(least, lines[-1] + STEP * way))

@@ -137,6 +137,24 @@ def test_strands_run_from_roots_to_tips_of_locks_that_are_their_own(grown):
     assert np.ptp(strand[hair.regular_faces], axis=1).max() < 40.0
 
 
+def test_it_is_closer_to_the_neck_than_to_the_ears(grown):
+    marks, hair = grown[1.0].landmarks, np.asarray(hair_of(grown[1.0]).points)
+    ears, chin = (np.ptp(hair[abs(hair[:, 1] - marks[name][1]) < 8.0, 0]) for name in ("zygion_l", "menton"))
+    assert chin < 0.91 * ears
+
+
+def test_its_front_edge_is_not_smooth():
+    """It falls in tresses that part."""
+    face = fw.default_face({"sex": -0.9, "hair_length": 0.3, "hair_combed": -0.5})
+    heights = np.arange(face.landmarks["mouth_l"][1], face.landmarks["brow_l_mid"][1], 2.0)
+    uneven = []
+    for sign in (1.0, -1.0):
+        side = hair_of(face).points[sign * hair_of(face).points[:, 0] > 40.0]
+        edge = [side[abs(side[:, 1] - height) < 3.0, 2].max() for height in heights]
+        uneven.append(np.std(edge - np.polyval(np.polyfit(heights, edge, 3), heights)))
+    assert max(uneven) > 3.2
+
+
 def test_the_same_person_has_the_same_hair():
     first, second = (hair_of(fw.default_face({"hair_length": 0.7, "hair": 0.4})) for _ in range(2))
     assert np.asarray(first.points).tobytes() == np.asarray(second.points).tobytes()
