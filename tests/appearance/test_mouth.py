@@ -1,5 +1,7 @@
 """The inside of a mouth: it shows between parted lips, dark; its lower teeth go with the jaw; its tongue comes out."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from drawing import held, on_screen
@@ -123,6 +125,21 @@ def test_nothing_hides_the_premolars_of_a_smile(face):
         assert any(free)
         for place in outer[free]:
             assert not len(seen.pocket.ray_trace(place, place + 60.0 * ahead)[0])
+
+
+@pytest.mark.parametrize(
+    ("expression", "least", "most"), [("happiness", 5.5, 10.5), ("pain", 5.5, 10.5), ("disgust", 0.0, 1.0)]
+)
+def test_lips_show_more_than_the_necks_of_incisors_or_nothing(face, expression, least, most):
+    """More than half of 10.5 mm in a smile and a grimace; disgusted lips are hardly apart before them."""
+    frame = held(expression)
+    upper, ahead = Appearance.of(face).at(frame).mouth_parts["upper_teeth"], face.frame.axes[2]
+    size = CROWN_SIDES * CROWN_RINGS + 1
+    first = np.asarray(upper.points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :][: CROWN_SIDES * CROWN_RINGS]
+    rings = first[::CROWN_SIDES]  # the middle of its outer face, from the edge into the gum
+    line = np.concatenate([np.linspace(*pair, 20, endpoint=False) for pair in pairwise(rings)])
+    free = [not len(frame.ray_trace(place + 0.3 * ahead, place + 60.0 * ahead)[0]) for place in line[1:]]
+    assert least <= np.diff(line[:, 1])[free].sum() <= most
 
 
 # --- the tongue ---------------------------------------------------------------------------------
