@@ -399,7 +399,7 @@ def _shade(actor: pv.Actor, code: str, textured: bool, cut: bool = False) -> Non
 SKIN_MATERIAL = Material(
     "0.100, 0.076, 0.063",  # off skin below: cheeks light the sockets above them
     "0.128, 0.110, 0.104",
-    "0.24, 0.15, 0.12",
+    "0.18, 0.14, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
