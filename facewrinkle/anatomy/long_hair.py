@@ -213,7 +213,7 @@ def _bundle(
     locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
     dark at its roots and below, and begins more evenly: there most roots differ by less than 5 mm.
     """
-    loose, darker, power = (6.0, 0.4, 0.55) if falls else (3.0, 0.0, 1.0)
+    loose, darker, power = (3.0, 0.4, 0.85) if falls else (1.5, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
@@ -222,8 +222,8 @@ def _bundle(
     across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
     over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
     wide = random.uniform(1.0, 4.5, count)  # half the width
-    # The farthest locks stand off a third as far as loose hairs.
-    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.33 * loose)
+    # The farthest locks stand off two thirds as far as loose hairs.
+    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.67 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
@@ -274,6 +274,7 @@ def _fallen(
     comb[:, 1] += 0.16 * (1.0 + combed) * far * front
     comb[:, 2] -= ((0.75 + 0.35 * far) * bare + 0.4 * combed) * front
     comb += edge[:, None] * ([0.0, -1.0, -0.4] - comb)
+    beyond = (3.5 + 0.7 * own[:, 0]) * (1.0 - edge) * np.sin(aside)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
     fringe = (1.0 - bare) * front**3
     # Share of the way down of the hem of the shortest: between that and cropped hair are cuts that a sheet cannot show.
@@ -298,8 +299,10 @@ def _fallen(
     lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
     middle = np.repeat(lines.reshape(tresses, TRESS, -1).mean(axis=1), TRESS, axis=0).reshape(lines.shape)
     lines = hull.above(LEAST, lines + 0.4 * done[..., None] ** 2 * (middle - lines))
-    # It comes out of the skin.
-    lines -= ((1.0 - smoothstep(grown / 40.0)) * (_gap(head, lines) - 1.7))[..., None] * up
+    # It comes out of the skin, beyond the parting: roots of both sides lie among each other, lest skin is seen there.
+    near = 1.0 - smoothstep(grown / 40.0)
+    lines[..., 0] -= near * beyond[:, None]
+    lines -= (near * (_gap(head, lines) - 1.7))[..., None] * up
     return lines, ends
 
 

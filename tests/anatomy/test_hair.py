@@ -81,6 +81,17 @@ def test_it_comes_out_of_the_scalp_from_the_hairline_on(person, combed):
     assert -2.0 < hair_cover(roots, face.landmarks, face.frame).min() < 5.0
 
 
+@pytest.mark.parametrize("person", [{"child": 0.9}, {"width": 1.0, "length": -1.0}, {"width": -1.0, "length": 1.0}])
+def test_no_skin_is_seen_in_its_parting(person):
+    """From above, although pictures leave out up to 0.07 of hairs at their roots."""
+    hair = hair_of(fw.default_face(person | {"hair_length": 0.7}))
+    hair.point_data["along"] = hair.point_data["strand_at"][:, 1]
+    drawn = hair.clip_scalar(scalars="along", invert=False, value=0.07)
+    places = [(x, z) for z in np.arange(0.0, 70.0, 3.0) for x in np.arange(-30.0, 40.0, 0.5)]
+    seen = [len(drawn.ray_trace([x, 300.0, z], [x, 0.0, z])[0]) == 0 for x, z in places]
+    assert not any(seen)
+
+
 def test_it_hangs_beside_the_face(grown):
     names = (
         "eye_l_inner",
