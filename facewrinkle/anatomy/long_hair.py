@@ -213,7 +213,7 @@ def _bundle(
     locks lack a share of their length by their `layers`. Hair that `falls` from a parting is looser than tied hair,
     dark at its roots and below, and begins more evenly: there most roots differ by less than 5 mm.
     """
-    loose, darker, power = (3.0, 0.4, 0.85) if falls else (1.5, 0.0, 1.0)
+    loose, darker, power = (4.0, 0.4, 0.85) if falls else (2.0, 0.0, 1.0)
     columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
     count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
     dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
@@ -222,8 +222,8 @@ def _bundle(
     across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
     over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
     wide = random.uniform(1.0, 4.5, count)  # half the width
-    # The farthest locks stand off two thirds as far as loose hairs.
-    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.67 * loose)
+    # The farthest locks stand off half as far as loose hairs.
+    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.5 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
