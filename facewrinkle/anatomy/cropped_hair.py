@@ -158,22 +158,24 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     random, frame = np.random.default_rng(SEED), frame_of(head.landmarks)
     corner, upper, lower = (frame.local_mm(head.landmarks[n]) for n in ("mouth_l", "upper_lip_mid", "lower_lip_mid"))
     corners = frame.local_mm(head.points)[head.triangles]
-    share = beard(corners.reshape(-1, 3), head.landmarks, frame).reshape(-1, 3).max(axis=1)
+    rise = np.array([0.0, 3.0, 0.0])  # hairs fade out 3 mm above the shade of a shaved beard
+    share = beard(corners.reshape(-1, 3) - rise, head.landmarks, frame).reshape(-1, 3).max(axis=1)
     share *= double_areas(head.points, head.triangles)
-    count = 36000  # of which those grow that stand where a beard is dense
+    count = 33000  # of which those grow that stand where a beard is dense
     triangle = random.choice(len(share), count, p=share / share.sum())
     weights = random.dirichlet(np.ones(3), count)
     where = np.einsum("kc,kci->ki", weights, corners[triangle])
     mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + [1.0, 0.0]  # none grow 1 mm beside the lips
-    off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, 4, axis=1) - 1.0
+    off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, 3, axis=1) - 1.0
     # Nobody's grows evenly: it varies from vertex to vertex, and thins out over the border.
     uneven = random.uniform(-1.0, 1.0, (len(head.points), 4))
     thin, *whirl = np.einsum("kc,kci->ik", weights, uneven[head.triangles[triangle]])
-    dense = beard(where, head.landmarks, frame) ** 1.5 * smoothstep(6.0 * off_lips)
+    dense = beard(where - rise, head.landmarks, frame) * smoothstep(10.0 * off_lips)
     thinnest = 0.7  # share of hairs that the barest places within a beard have
     dense *= thinnest + (1.0 - thinnest) * smoothstep(0.6 + thin)
     grown = random.uniform(0.0, 1.0, count) < dense
-    stubble, full = 0.7, 11.0  # mean lengths, mm, where a beard is dense
+    stubble, full = 0.5, 11.0  # mean lengths, mm, where a beard is dense
     longest = stubble + fullness**2 * (full - stubble) * dense[grown]
     comb = unit(where[grown] - frame.local_mm(head.landmarks["sellion"])) + 0.4 * np.transpose(whirl)[grown]
-    return grown_hairs(head, triangle[grown], weights[grown], comb, longest, random)
+    # They stand off the skin and go astray more than hair of the head: some break the outline of the jaw.
+    return grown_hairs(head, triangle[grown], weights[grown], comb, longest, random, loose=1.4)

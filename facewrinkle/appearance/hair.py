@@ -237,7 +237,7 @@ class CroppedHair(Hairs):
 class Beard(CroppedHair):
     """The hairs of a beard, each of which stands for fewer."""
 
-    HALF = 0.0009
+    HALF = 0.0014
 
 
 KINDS: dict[str, type[Brows] | type[CroppedHair]] = {"brows": Brows, "cropped_hair": CroppedHair, "beard": Beard}

@@ -103,9 +103,12 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     if "hair" in face.parts:
         away = cKDTree(face.parts["hair"].mesh.points).query(face.points)[0] / scale
         under = np.maximum(under, 0.5 * smoothstep((16.0 - away) / 12.0))  # short hairs before tied ones shade no more
-    near -= under
     if "beard" in face.bound_hair:
-        near -= 0.25 * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
+        # Stubble takes a quarter of the light, a full beard nearly two thirds, and less where it thins out.
+        full = smoothstep(np.median(face.bound_hair["beard"].heights) / (0.6 * scale))
+        dense = beard(face.frame.local_mm(face.points), face.landmarks, face.frame) ** 2 * (1.0 - lip)
+        under = np.maximum(under, (0.25 + 0.4 * full) * dense)
+    near -= under
     bare += (WET - 1.0) * lip
     # The bust ends below the chin by more than 25 mm, and fades over twice that; on a face of average size.
     neck = face.frame.local_mm(face.landmarks["menton"])[1] - 25.0

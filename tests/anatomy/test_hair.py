@@ -429,6 +429,18 @@ def test_beards_grow_around_the_mouth_but_not_on_lips_and_cheeks(identity):
     assert (middle & moustache).sum() > 50
 
 
+@pytest.mark.parametrize("seed", [23, 31, 32, 37])
+def test_moustaches_are_nearly_as_dense_as_the_beard_on_the_chin(seed):
+    face = fw.default_face(fw.Identity.random(seed))
+    marks, roots = {name: face.frame.local_mm(point) for name, point in face.landmarks.items()}, beard_of(face)[:, 0]
+    x, y, _ = face.frame.local_mm(roots).T
+    spans = (marks["upper_lip_mid"], marks["subnasale"]), (marks["menton"], marks["lower_lip_mid"])
+    upper, chin = (
+        ((np.abs(x) < 12.0) & (y > below[1]) & (y < above[1])).sum() / (above[1] - below[1]) for below, above in spans
+    )
+    assert upper > 0.6 * chin
+
+
 def test_stubble_is_short_and_full_beards_are_long_and_hang_down():
     reach = []
     for fullness in (0.1, 0.5, 1.0):

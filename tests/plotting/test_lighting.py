@@ -72,6 +72,8 @@ def test_a_beard_shades_the_skin_under_it_and_no_more_than_the_border_of_the_lip
     assert chin < 200
     assert min(borders) > 215
     assert nose == cheek == 255
+    full = fw.default_face({"sex": 0.8, "beard": 0.8})
+    assert light_at_rest(full, full.mesh)[at[0], 1] < 0.6 * chin
 
 
 def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
