@@ -165,7 +165,8 @@ class Mouth:
         ]
         closed = np.vstack([*rings, rings[-1].mean(axis=0)])
         opened = closed + ridden(closed, np.vstack([*([lower] * len(rings)), [[0.5]]]))
-        return reshaped(self._blank_pocket, np.vstack([rim, self._behind_skin(opened, points)]))
+        # Triangles from the lips to the first ring span the hollow above the chin.
+        return reshaped(self._blank_pocket, np.vstack([rim, self._behind_skin(opened, points, 0.06)]))
 
     @cached_property
     def _upper(self) -> npt.NDArray[np.bool_]:
@@ -217,7 +218,7 @@ class Mouth:
             places = rest @ turn.T + shift
             if name == "lower_teeth":  # below the middle of the lips by this, there is gum and no tooth
                 gum = (self._centre - rest) @ self._axes[1] > 0.16 * self._size
-                places = np.where(gum[:, None], self._behind_skin(places, points), places)
+                places = np.where(gum[:, None], self._behind_skin(places, points, 0.01), places)
             parts[name] = reshaped(part, places, normals @ turn.T)
         return parts
 
@@ -235,11 +236,11 @@ class Mouth:
         places, blank = self._tongue(min(out, max(room, 0.35)), crest), self._parts["tongue"]
         return reshaped(blank, places, vertex_normals(places, blank.regular_faces))
 
-    def _behind_skin(self, places: Array, points: Array) -> Array:
+    def _behind_skin(self, places: Array, points: Array, least: float) -> Array:
         """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).
 
-        Teeth have one size and chins many: gums and the pocket would come through those that recede. They keep 0.01 of
-        the distance between the pupils behind skin that is farther than 0.06 from an opening.
+        Teeth have one size and chins many: gums and the pocket would come through those that recede. They keep the
+        `least` depth, in distances between the pupils, behind skin that is farther than 0.06 from an opening.
         """
         local = (points - self._centre) @ self._axes.T / self._size
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
@@ -252,7 +253,7 @@ class Mouth:
         column, row = np.rint((inside[:, :2] - SKIN_LOW) / SKIN_STEP).astype(int).T
         within = (column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1])
         most = np.full(len(places), np.inf)
-        most[within] = nearest[row[within], column[within]] - 0.01
+        most[within] = nearest[row[within], column[within]] - least
         inside[:, 2] = np.minimum(inside[:, 2], most)
         return np.asarray(self._centre + self._size * inside @ self._axes)
 

@@ -86,6 +86,19 @@ def test_gum_and_pocket_stay_behind_a_chin_that_is_pushed_back(face):
     np.testing.assert_allclose(drawn[high], mouth.teeth[1].points[high], atol=1e-4)
 
 
+@pytest.mark.parametrize("seed", [18, 25, 33])
+def test_the_pocket_of_one_who_laughs_stays_behind_the_hollow_above_the_chin(seed):
+    face = fw.default_face(fw.Identity.random(seed))
+    frame, ahead = settled(fw.Simulation(face), "laughter"), face.frame.axes[2]
+    pocket, lip = Appearance.of(face).at(frame).pocket, face.landmarks["lower_lip_mid"]
+    depths = []
+    for below in np.arange(6.0, 16.0):
+        p = lip - below * face.frame.axes[1]
+        skin, dark = (mesh.ray_trace(p + 60.0 * ahead, p - 40.0 * ahead)[0] @ ahead for mesh in (frame, pocket))
+        depths.append(skin.max() - dark.max())
+    assert min(depths) > 0.5
+
+
 def test_the_pocket_moves_no_farther_than_the_lips(face):
     """However lips that touch each other cross by a little: morph targets add up what it does."""
     mouth, random = Mouth(face), np.random.default_rng(3)
