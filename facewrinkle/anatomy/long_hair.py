@@ -284,26 +284,35 @@ def _fallen(
     hem = brows + down * (chin - brows) + uneven + 40.0 * across**2
     lift = (4.0 + 10.0 * dense**2) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
+    up = hull(lines)[1]
+    apart = (3.0 + 6.0 * front) * own[:, 1]  # tresses part, the foremost most
+    lines = _waved(random, hull, lines, STEP * ends, up, dense, apart)
+    # It comes out of the skin, beyond the parting: roots of both sides lie among each other, lest skin is seen there.
+    near = 1.0 - smoothstep(STEP * np.arange(STEPS + 1) / 40.0)
+    lines[..., 0] -= near * beyond[:, None]
+    lines -= (near * (_gap(head, lines) - 1.7))[..., None] * up
+    return lines, ends
+
+
+def _waved(
+    random: np.random.Generator, hull: RoundedHull, lines: Array, lengths: Array, up: Array, dense: float, apart: Array
+) -> Array:
+    """Return the lines (k, STEPS + 1, 3) of hairs of given lengths (k,) in waves, the denser, the larger: tresses whose
+    tips are narrow, turn in and are moved `apart` (k,). `up` (k, STEPS + 1, 3) are normals of the hull.
+    """
     grown = STEP * np.arange(STEPS + 1)
     turning, turned_in = 0.55, 15.0  # share of its length from which hair turns in, and how far its tips do
-    done = np.minimum(grown / (STEP * ends[:, None]), 1.0)
+    done = np.minimum(grown / lengths[:, None], 1.0)
     turn = np.maximum(done - turning, 0.0) / (1.0 - turning)
-    up = hull(lines)[1]
     aside = unit(np.cross(np.gradient(lines, axis=1), up))
     wave = 66.0  # of which the first two grow to the width of the others
     phase = 2.0 * np.pi * grown / wave + 2.5 * _even(random, (COLUMNS,), 25.0)[:, None]
     swing = 9.0 * dense**2 * np.minimum(0.5 * grown / wave, 1.0)
-    # Tresses part towards their tips, the foremost most.
-    apart = (3.0 + 6.0 * front)[:, None] * own[:, 1:] * done**3
-    lines += (swing * np.sin(phase) + apart)[..., None] * aside
+    lines = lines + (swing * np.sin(phase) + apart[:, None] * done**3)[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - turned_in * turn**2)[..., None] * up
-    middle = np.repeat(lines.reshape(tresses, TRESS, -1).mean(axis=1), TRESS, axis=0).reshape(lines.shape)
-    lines = hull.above(LEAST, lines + 0.4 * done[..., None] ** 2 * (middle - lines))
-    # It comes out of the skin, beyond the parting: roots of both sides lie among each other, lest skin is seen there.
-    near = 1.0 - smoothstep(grown / 40.0)
-    lines[..., 0] -= near * beyond[:, None]
-    lines -= (near * (_gap(head, lines) - 1.7))[..., None] * up
-    return lines, ends
+    tresses = lines.reshape(-1, TRESS, *lines.shape[1:])
+    middle = np.repeat(tresses.mean(axis=1), TRESS, axis=0)
+    return hull.above(LEAST, lines + 0.4 * done[..., None] ** 2 * (middle - lines))
 
 
 def _roots(head: Head, hull: RoundedHull, edge: Array, along: Array) -> Array:

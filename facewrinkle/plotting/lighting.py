@@ -104,7 +104,8 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
         away = cKDTree(face.parts["hair"].mesh.points).query(face.points)[0] / scale
         under = np.maximum(under, 0.5 * smoothstep((16.0 - away) / 12.0))  # short hairs before tied ones shade no more
     if "beard" in face.bound_hair:
-        # Stubble takes a quarter of the light, a full beard nearly two thirds, and less where it thins out.
+        # Stubble takes a quarter of the light, a full beard, of hairs that half stand 0.6 mm off the skin, nearly two
+        # thirds, and less where it thins out.
         full = smoothstep(np.median(face.bound_hair["beard"].heights) / (0.6 * scale))
         dense = beard(face.frame.local_mm(face.points), face.landmarks, face.frame) ** 2 * (1.0 - lip)
         under = np.maximum(under, (0.25 + 0.4 * full) * dense)
