@@ -21,43 +21,45 @@ from .scene import Scene
 from .shaders import send
 from .views import LIGHTS, VIEW_ANGLE, Style
 
-FULLY_WET = 0.04
-"""Thickness from which a film of tears darkens the skin in full, mm."""
+FULLY_WET = 0.06
+"""Thickness from which a film of tears darkens the skin and shines in full, mm; at a quarter of it none is seen."""
 
 STUDIO = """
-vec3 studio(vec3 r, vec3 around, float film, float bead)
+vec3 studio(vec3 r, vec3 around, float bead)
 {
-  float soft = mix(0.14, 0.05, bead);  // in a film, the relief of the skin blurs the lamp
-  float box = smoothstep(0.0, soft, 0.18 - abs(dot(r, %(side)s)));
-  box *= smoothstep(0.0, soft, 0.45 - abs(dot(r, %(up)s))) * mix(0.6, 1.0, bead);
+  float box = smoothstep(0.0, 0.05, 0.18 - abs(dot(r, %(side)s)));
+  box *= bead * smoothstep(0.0, 0.05, 0.45 - abs(dot(r, %(up)s)));
   box *= step(0.0, dot(r, %(key)s));
-  float strip = smoothstep(0.90, 0.97, dot(r, %(fill)s));
+  float strip = bead * smoothstep(0.90, 0.97, dot(r, %(fill)s));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
   vec3 lamps = clamp(vec3(dot(r, %(key)s), dot(r, %(fill)s), dot(r, %(rim)s)), 0.0, 1.0);
-  float glow = dot(pow(lamps, vec3(40.0)), vec3(1.0, 0.45, 0.6));
-  return room + 20.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+  float glow = dot(pow(lamps, vec3(32.0)), vec3(1.0, 0.45, 0.6));
+  return room + 24.0 * (1.0 - bead) * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }
 """
-"""Light of the studio from a direction `r`: a lamp with soft edges, a strip light, and a room colored by the skin."""
+"""Light of the studio from a direction `r`: a room colored by the skin, and in a bead a lamp with soft edges and a
+strip light. In a film the relief of the skin blurs the lamps.
+"""
 
 TEAR_COLOR = """//VTK::Light::Impl
   vec3 seen = normalize(vertexVC.xyz);
-  vec3 surface = normalVCVSOutput;
   vec3 skin = normalize(underVSOutput);
+  float film = smoothstep(0.25 * %(film).8f, %(film).8f, depthVSOutput);  // at its edge it ends in the skin
+  float bead = smoothstep(0.0, %(bead).8f, depthVSOutput);
+  // A film clings to the relief of the skin: its slopes are steeper than those that its triangles show.
+  vec3 surface = normalize(normalVCVSOutput + (1.0 - bead) * (normalVCVSOutput - skin));
   vec3 bent = refract(seen, surface, 1.0 / %(index)s);
   vec3 meets = vertexVC.xyz + bent * depthVSOutput / max(dot(-bent, skin), 0.25);
   vec2 place = 0.5 + 0.5 * %(focal)s * vec2(meets.x / %(aspect)s, meets.y) / -meets.z;
   vec3 color = texture(behind, clamp(place, 0.001, 0.999)).rgb;
   float facing = clamp(dot(-seen, surface), 0.0, 1.0);
-  float mirrored = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
   vec3 tilt = surface - dot(surface, skin) * skin;
   vec3 towards = %(key)s - dot(%(key)s, skin) * skin;
   float lit = dot(tilt, normalize(towards + 1e-5));
-  float film = smoothstep(0.0, %(film).8f, depthVSOutput);
-  float bead = smoothstep(0.0, %(bead).8f, depthVSOutput);
-  color *= mix(vec3(1.0), vec3(0.955, 0.935, 0.925), film);  // wet skin is darker, and redder
+  float mirrored = film * (0.02 + 0.98 * pow(1.0 - facing, 5.0));
+  color *= mix(vec3(1.0), vec3(0.97, 0.955, 0.945), film);  // wet skin is darker, and redder
   color *= 1.0 + bead * (1.0 * clamp(-lit, 0.0, 1.0) - 0.25 * clamp(lit, 0.0, 1.0));
-  color = color * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), color, film, bead);
+  color = color * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), color, bead);
   gl_FragData[0] = vec4(min(color, vec3(1.0)), 1.0);
 """
 """The color of a tear, from the scene behind it and the studio around."""

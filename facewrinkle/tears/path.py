@@ -19,8 +19,8 @@ from ..geometry import closest, incident_triangles, unit
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
-WOBBLE = 0.3
-"""Share of its width by which the trail narrows and widens."""
+WOBBLE = 0.4
+"""Share of its width by which the trail narrows and widens, at most."""
 
 
 def descent(support: SupportSurface, start: Array, step: float, length: float) -> Array:
@@ -250,8 +250,8 @@ def irregular_path(
     The roughness, and the degree of the least squares, are as of :func:`facewrinkle.tears.shape.rough_film`.
     """
     noise, spacing = rough_film(float(lengths(points)[-1]), half, roughness, degree, random)
-    short, long = (waves(random, len(noise), waviness * half / spacing) for waviness in (1.5, 6.0))
-    return StreamPath(points, noise, spacing, 0.5 * WOBBLE * (short + long))
+    short, long = (waves(random, len(noise), waviness * half / spacing) for waviness in (1.5, 4.0))
+    return StreamPath(points, noise, spacing, WOBBLE * np.sin(short + 2.0 * long))
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +322,9 @@ class PathFinder:
         """Return a path with the small turns that rough skin makes; its start stays."""
         half, along = 0.5 * self.width, unit(np.gradient(path, axis=0))
         aside = np.cross(along, self.support.bound(path).at(self.support.normals))
-        grown = np.minimum(lengths(path) / (4.0 * half), 1.0)
-        meanders = ((2.7, 3.0), (9.0, 6.0))  # ways aside at most, and lengths over which skin turns it so far
-        turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in meanders)
-        return path + (roughness * half * grown * turns)[:, None] * aside
+        # Water sticks, and slips aside to where skin lets it: straight from place to place, not in waves.
+        s, near, far = lengths(path), 3.0 * half, 9.0 * half  # from one such place to the next
+        places = np.cumsum(random.uniform(near, far, int(s[-1] / near) + 2))
+        turns = np.interp(s, np.append(0.0, places), np.append(0.0, random.uniform(-1.0, 1.0, len(places))))
+        most = 5.0 * roughness * half
+        return path + (most * turns)[:, None] * aside

@@ -14,13 +14,13 @@ from ..geometry.least_squares import moving_least_squares
 DRAINED = 0.85
 """Share of its width that the trail keeps long after the head has passed."""
 
-POOLING = 2.0
+POOLING = 2.4
 """Thickening of the film per widening of the trail, both as shares: water stays where it is wide."""
 
 TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""
 
-BUMP = 3.0
+BUMP = 6.0
 """Height of the highest bumps of the trail, in thicknesses of its film."""
 
 REACH, SOFT = 4.0, 0.3
@@ -133,7 +133,7 @@ def raised(s: Array, w: Array, front: float, shape: Shape, wobble: Array | float
 
     >>> shape, s = Shape(1.0, 0.8, 0.5, 0.05), np.array([3.0, 9.0])
     >>> raised(s, np.zeros(2), 10.0, shape, 0.0, np.full(2, 0.5)).round(3).tolist()
-    [0.075, 0.0]
+    [0.15, 0.0]
     """
     film, head = _film(s, front, shape, wobble)
     return np.asarray(BUMP * noise * film * (1.0 - head) * _level(s, w, front, shape, wobble))

@@ -58,7 +58,7 @@ class Film:
     0.5
     """
 
-    trail: float = 0.77
+    trail: float = 0.7
     roughness: float = 0.3
     degree: int = 1
 
@@ -226,7 +226,7 @@ class SheddingTear:
         half, unit = self.shape.half, self._support.unit
         self.begin = check_range("begin", begin, 0.0, 1e9)
         # The trail is a parabola across: points so far apart, in halves of its width, show that.
-        self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, 0.37 * self.shape.trail)
+        self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, 0.4 * self.shape.trail)
         random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         finder = self._path_finder(route)
         found = finder.path(path, start)
@@ -259,7 +259,7 @@ class SheddingTear:
         half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
         height = check_range("height", height, 1e-6, 1e6) / unit
         self._support.check_size(max(2.0 * half, height))
-        return Shape(half, height, half * trail, max(0.2 * height, 2.0 * EDGE / unit))
+        return Shape(half, height, half * trail, max(0.08 * height, 2.0 * EDGE / unit))
 
     def _path_finder(self, route: Route) -> PathFinder:
         """Return a finder of paths, after checking that the longest does not need too fine a mesh."""

@@ -17,11 +17,11 @@ import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.tears import Film, Flow, Route
 from facewrinkle.tears import path as paths
-from facewrinkle.tears.shape import thickness
+from facewrinkle.tears.shape import POOLING, thickness
 from facewrinkle.tears.support_surface import support_surface
 
 FACET = 0.025
-"""A seventh of the film of a tear, mm."""
+"""A third of the film of a tear, mm."""
 
 
 def assert_outside(points, skin, unit=1.0):
@@ -55,6 +55,24 @@ def test_a_fold_turns_the_stream():
     tear = fw.SheddingTear(plane, start=(0.0, 25.0, 8.75), width=3.0, down=(0.0, 0.0, -1.0), film=Film(roughness=0.0))
     below = tear.path.points[np.abs(tear.path.points[:, 1] + 10.0) < 3.0]
     assert np.abs(below[:, 0]).min() > 4.0  # diverted along the dam
+
+
+def test_rough_skin_turns_a_tear_aside_by_a_millimeter_or_two():
+    """Of each 20 mm of its way, what is farthest from the straight line; and the film breaks into stretches."""
+    sheet = pv.Plane(i_size=60, j_size=140, i_resolution=30, j_resolution=70).triangulate()
+    streams = [fw.SheddingTear(sheet, start=(0.0, 60.0, 0.0), seed=seed) for seed in range(6)]
+    aside = []
+    for stream in streams:
+        way = paths.resampled(stream.path.points, 1.0)
+        for a, b in zip(range(0, len(way) - 20, 5), range(20, len(way), 5), strict=False):
+            along = (way[b] - way[a]) / np.linalg.norm(way[b] - way[a])
+            aside.append(np.linalg.norm(np.cross(way[a:b] - way[a], along), axis=1).max())
+    assert 0.5 < np.median(aside) < 1.5
+    assert np.quantile(aside, 0.95) < 3.0
+    film = np.concatenate([1.0 + POOLING * stream.path.wobble for stream in streams])
+    assert film.min() > 0.0
+    assert 0.02 < (film < 0.25).mean() < 0.2
+    assert (film > 1.5).mean() > 0.1
 
 
 # --- the tear ---------------------------------------------------------------------------------------
