@@ -13,11 +13,14 @@ from ...errors import ParameterError, check_name, check_positive, check_range, c
 from .. import patterns
 from .wrinkles import Cheek, EyeCorner, Forehead, Frown, Pattern
 
+HANG = 1.2
+"""By how much flesh hangs into a dimple from above: 0 leaves it round, from 1.8 on its bottom would fold."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Dimple(Pattern):
     """A pit (see :func:`facewrinkle.layers.patterns.dimple`); its t falls from infinity to `sharpest` as the strength
-    rises.
+    rises. Flesh hangs into it: above, its wall is gentle, and below, steep.
 
     Attributes
     ----------
@@ -46,6 +49,7 @@ class Dimple(Pattern):
         t = patterns.dimple_time(strength, self.sharpest)
         if not np.isfinite(t):
             return np.zeros_like(x)
+        y = y - HANG * y**2 * np.maximum(1.0 - x**2 - y**2, 0.0)
         pit = patterns.dimple(x, y, t) - patterns.dimple(1.0, 0.0, t)
         return np.asarray(np.minimum(pit, 0.0) / np.log1p(1.0 / self.sharpest))
 

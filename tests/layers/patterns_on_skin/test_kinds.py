@@ -34,6 +34,16 @@ def test_a_dimple_is_as_deep_as_its_strength_and_ends_at_its_border():
     np.testing.assert_allclose(w, np.minimum(expected, 0.0), atol=1e-14)
 
 
+def test_flesh_hangs_into_a_dimple_from_above():
+    """The upper wall is the gentler one; neither has a second bottom."""
+    v = np.linspace(0.0, 1.0, 200)
+    above, below = (Dimple().relief(0.0 * v, way * v, 1.0, 0.0, 1.0) for way in (1.0, -1.0))
+    assert (np.diff(above) >= 0.0).all()
+    assert (np.diff(below) >= 0.0).all()
+    assert (above < below)[1:-1].all()
+    assert np.interp(-0.5, above, v) > 1.4 * np.interp(-0.5, below, v)
+
+
 def test_wave_vectors_by_differences(wrinkles):
     """The slope of a plain sine (sharpness 0) is the wave vector times its cosine."""
     plain = dataclasses.replace(wrinkles, sharpness=0.0, variation=0.0)
