@@ -299,7 +299,7 @@ class Face:
 
     @cached_property
     def fold_depth(self) -> float:
-        """Depth of the fine folds relative to those of an adult, by age and proportions: children's are faint."""
+        """Depth of the folds relative to those of an adult, by age and proportions: children's are faint."""
         return fold_depth(self.landmarks, self.frame, self.age) if self.landmarks else 1.0
 
     @cached_property

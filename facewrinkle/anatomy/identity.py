@@ -39,7 +39,7 @@ below -30.
 """
 
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
-"""Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
+"""Depth of the folds of a child, and of a face of age -1, relative to those of an adult."""
 
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
@@ -454,7 +454,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
 
 
 def fold_depth(landmarks: Mapping[str, Array], frame: FaceFrame, age: float) -> float:
-    """Return the depth of the fine folds of a face relative to those of an adult.
+    """Return the depth of the folds of a face relative to those of an adult.
 
     Parameters
     ----------

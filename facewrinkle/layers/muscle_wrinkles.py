@@ -80,7 +80,7 @@ class MuscleWrinkles(Layer):
         self._face, self._unit = face, face.unit
         self._muscles, touched = self.patterns(face)
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
-        fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
+        fine = np.array([face.fold_depth if m.wrinkles.waves or isinstance(m, Crease) else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         # Of these this layer only tells where the region is: their lines are waves of no muscle.
         self._located = np.array(
