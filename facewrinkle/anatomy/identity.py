@@ -283,7 +283,7 @@ def head_of(identity: Identity) -> Head:
     Distance of the angle of the jaw from the middle, mm, from a narrow to a square jaw:
 
     >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
-    [58, 62, 66]
+    [55, 60, 66]
     """
     mean = load_head()
     if identity == Identity():
