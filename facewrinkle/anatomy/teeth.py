@@ -30,7 +30,7 @@ ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 BEHIND_LIPS = 9.5
 """From the front of the lips back to the upper incisors, mm, unless the lining of the lips reaches farther."""
 
-BELOW_LIPS = 3.2
+BELOW_LIPS = 2.6
 """From the line where the lips meet down to the edges of the upper incisors, mm."""
 
 OVERJET, OVERBITE = 2.0, 3.2
@@ -98,7 +98,7 @@ def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
     Examples
     --------
     >>> place_of("upper"), place_of("lower")
-    ((3.2, 9.5), (0.0, 11.5))
+    ((2.6, 9.5), (-0.6, 11.5))
     """
     return (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
 

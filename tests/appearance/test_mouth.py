@@ -140,19 +140,35 @@ def test_nothing_hides_the_premolars_of_a_smile(face):
             assert not len(seen.pocket.ray_trace(place, place + 60.0 * ahead)[0])
 
 
-@pytest.mark.parametrize(
-    ("expression", "least", "most"), [("happiness", 5.5, 10.5), ("pain", 5.5, 10.5), ("disgust", 0.0, 1.0)]
-)
-def test_lips_show_more_than_the_necks_of_incisors_or_nothing(face, expression, least, most):
-    """More than half of 10.5 mm in a smile and a grimace; disgusted lips are hardly apart before them."""
+def of_an_upper_tooth(face, frame, k):
+    """The middle (m, 3) of the outer face of the k-th tooth from the middle, from its edge into the gum."""
+    size, upper = CROWN_SIDES * CROWN_RINGS + 1, Appearance.of(face).at(frame).mouth_parts["upper_teeth"]
+    crowns = np.asarray(upper.points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :]
+    rings = crowns[k * size :][: size - 1 : CROWN_SIDES]
+    return np.concatenate([np.linspace(*pair, 20, endpoint=False) for pair in pairwise(rings)])
+
+
+def is_free(face, frame, place):
+    """Whether nobody's skin is in front of a place."""
+    ahead = face.frame.axes[2]
+    return not len(frame.ray_trace(place + 0.3 * ahead, place + 60.0 * ahead)[0])
+
+
+@pytest.mark.parametrize("expression", ["happiness", "pain", "disgust"])
+def test_lips_show_more_than_the_necks_of_incisors(face, expression):
     frame = held(expression)
-    upper, ahead = Appearance.of(face).at(frame).mouth_parts["upper_teeth"], face.frame.axes[2]
-    size = CROWN_SIDES * CROWN_RINGS + 1
-    first = np.asarray(upper.points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :][: CROWN_SIDES * CROWN_RINGS]
-    rings = first[::CROWN_SIDES]  # the middle of its outer face, from the edge into the gum
-    line = np.concatenate([np.linspace(*pair, 20, endpoint=False) for pair in pairwise(rings)])
-    free = [not len(frame.ray_trace(place + 0.3 * ahead, place + 60.0 * ahead)[0]) for place in line[1:]]
-    assert least <= np.diff(line[:, 1])[free].sum() <= most
+    line = of_an_upper_tooth(face, frame, 0)
+    free = [is_free(face, frame, place) for place in line[1:]]
+    assert 5.5 <= np.diff(line[:, 1])[free].sum() <= 10.5, "more than half of 10.5 mm"
+
+
+def test_a_full_lower_lip_smiles_without_the_gums():
+    """The middle of such lips is low, and so are the teeth; a third of a millimeter is the edge of the lip."""
+    someone = fw.default_face(fw.Identity.random(21))
+    frame = settled(fw.Simulation(someone), "happiness")
+    line = of_an_upper_tooth(someone, frame, 2)
+    neck = line[line[:, 1].argmax()] + 0.5 * someone.frame.axes[2]
+    assert not is_free(someone, frame, neck + 0.35 * someone.frame.axes[1])
 
 
 # --- the tongue ---------------------------------------------------------------------------------
