@@ -64,7 +64,11 @@ class Attachments:
         self._on_skin = {
             name: _OnSkin(part, points, triangles, size) for name, part in parts.items() if part.follows == "skin"
         }
-        self._normals = {name: _normals(part.mesh) for name, part in parts.items()}
+        given = {name: part.mesh.point_data.get("Normals") for name, part in parts.items()}
+        self._normals = {
+            name: _normals(parts[name].mesh) if normals is None else np.asarray(normals)
+            for name, normals in given.items()
+        }
 
     def at(
         self,

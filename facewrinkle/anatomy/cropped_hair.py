@@ -67,8 +67,9 @@ def cropped_hair(
     triangle, weights, roots, up, cover = (part[grown] for part in (triangle, weights, roots, up, cover))
     styled = 1.0 if tied else 1.0 - (1.0 - abs(combed)) ** 2
     top = smoothstep((up[:, 1] - 0.25) / 0.5)  # by the upward parts of the normals
-    # Where it is dense; women and children may have 22 mm beyond, and combed hair 42 mm on top of the head.
-    least, most = 7.0, 16.0 + 22.0 * max(-sex, 0.0) + 42.0 * styled * top
+    # Where it is dense; women and children may have 22 mm beyond, and combed hair 42 mm on top of the head, where it
+    # would stand out of hair that is tied.
+    least, most = 7.0, 16.0 + 22.0 * max(-sex, 0.0) + 42.0 * styled * top * (not tied)
     longest = least + (most - least) * (1.0 + length)
     if tied:
         comb = towards_tie(combed)

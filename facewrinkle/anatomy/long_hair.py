@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
-from ..geometry import BoxTree, ring_quads, smoothstep, unit
+from ..geometry import BoxTree, ring_quads, smoothstep, unit, vertex_normals
 from ..mesh import COLORS, to_polydata
 from .head import Head
 from .identity import hair_cover
@@ -23,8 +23,10 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 200, 120, 45
-"""Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
+COLUMNS, LOCKS, STRANDS, BABY_HAIRS = 200, 90, 45, 60
+"""Hairs that the sheet is made of, in order around the head, locks over it, loose hairs over these, and short ones that
+grow along the hairline before a parting.
+"""
 
 TRESS = 8
 """Hairs of the sheet that part from the others and thin to a tip where it falls."""
@@ -137,12 +139,15 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
         lines, ends = _fallen(random, head, hull, length, combed)
         # The shortest locks lack up to 0.3 of the length: short hair is cut straight, long hair in layers.
         parts = _bundle(random, hull, lines, ends, falls=True, layers=0.3 * length)
+        parts.append(_baby_hairs(random, head, hull))
     places, tints, strands = (
         np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
     )
     mesh = to_polydata(places, _triangles([points.shape[:2] for points, *_ in parts]))
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
     mesh.point_data[STRAND_AT] = strands.astype(np.float32)
+    # Normals lean to those of the hull: light varies hair by hair, not lock by lock, and no lock that twists is dark.
+    mesh.point_data["Normals"] = unit(vertex_normals(places, mesh.regular_faces) + 1.5 * hull(places)[1])
     mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
     return Part(mesh, follows="skull")
 
@@ -164,8 +169,8 @@ def _tied(
     turn, angle = np.linspace(2.0 * np.pi, 0.0, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
     middle, scalp, inside = _scalp(head, hull, ways)
-    # The sheet begins 10 mm inside the hairline at the sides, and 4 mm farther at the front than there.
-    first = _outermost(inside - 10.0 - 4.0 * ways[..., 2]) - random.uniform(0.0, 1.0, COLUMNS)
+    # The sheet begins 10 mm inside the hairline.
+    first = _outermost(inside - 10.0) - random.uniform(0.0, 0.3, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
     # It comes out of the skin, and lies on the hull from 45 mm inside the hairline.
@@ -226,14 +231,14 @@ def _bundle(
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.5 * loose)
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
-    shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - 0.12 * across**2)[:, None]
-    of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.3  # mm: the width of a strand
+    shades = np.exp(0.05 * random.normal(size=(count, 1, 1))) * (1.0 - 0.08 * across**2)[:, None]
+    of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.15  # mm: the width of a strand
     pieces = columns // TRESS if falls else 1
     return [
         (
             sheet.reshape(pieces, -1, KNOTS, 3),
-            (1.0 - darker) * dark * _tints(random, pieces, columns // pieces),
-            _strands(10.0 * np.arange(columns).reshape(pieces, -1), power),
+            (1.0 - 0.4 * darker) * dark * _tints(random, pieces, columns // pieces),
+            _strands(20.0 * np.arange(columns).reshape(pieces, -1), power),
         ),
         (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
         (
@@ -315,9 +320,38 @@ def _waved(
     return hull.above(LEAST, lines + 0.4 * done[..., None] ** 2 * (middle - lines))
 
 
+def _baby_hairs(random: np.random.Generator, head: Head, hull: RoundedHull) -> tuple[Array, Array, Array]:
+    """Return points, tints and strands, as :func:`_bundle` does, of single short hairs along the hairline on both sides
+    of a parting. They are combed back and aside, and the nearer to the temples, the more down.
+    """
+    shape, t = (BABY_HAIRS, 1), np.linspace(0.0, 1.0, KNOTS)
+    share = random.uniform(-0.75, 0.75, shape)
+    roots = _hairline(head, hull, share[:, 0], random.uniform(-1.5, 2.0, shape))
+    combed = np.sign(share) * random.uniform(0.0, 1.5, shape), 0.5 - 2.5 * np.abs(share), -np.ones(shape)
+    normals = hull(roots)[1]
+    aside = unit(np.cross(np.hstack(combed), normals))
+    way = np.cross(normals, aside)
+    bent, reach = random.normal(0.0, 0.2, shape) * t**2, random.uniform(5.0, 18.0, shape)[..., None]
+    points = roots[:, None] + reach * (t[:, None] * way[:, None] + bent[..., None] * aside[:, None])
+    points += (1.0 + 2.5 * t - _gap(head, points))[..., None] * normals[:, None]  # out of the skin
+    half = (0.08 * (1.0 - 0.7 * t))[:, None] * aside[:, None]
+    strands = _strands(np.repeat(np.arange(BABY_HAIRS)[:, None], 2, axis=1))
+    tints = 1.2 * np.repeat(_tints(random, BABY_HAIRS, 1), 2, axis=1)  # light gets through fine hairs
+    return np.stack([points + half, points - half], axis=1), tints, strands
+
+
 def _roots(head: Head, hull: RoundedHull, edge: Array, along: Array) -> Array:
-    """Return the roots (k, 3), on the hull, of hairs at shares (k,) of the hairline from the parting to the left temple
-    (1) or to the right one (-1), and at shares (k,) of the parting, which begins where it suits the shape of the face.
+    """Return the roots (k, 3), on the hull, of hairs at shares (k,) of the hairline, 3 mm inside of it, and at shares
+    (k,) of the parting.
+    """
+    begin = _hairline(head, hull, edge, 3.0)
+    back = np.array([5.0, 0.0, head.landmarks["trichion"][2] - 105.0])  # to the left of the middle, too
+    return hull.reached(begin + along[:, None] * (back - begin), np.array([0.0, 1.0, 0.0]))
+
+
+def _hairline(head: Head, hull: RoundedHull, edge: Array, inset: float | Array) -> Array:
+    """Return points (k, 3) of the hull that are inset, mm, from the hairline, at shares (k,) of it from the parting to
+    the left temple (1) or to the right one (-1); the parting begins where it suits the shape of the face.
     """
     marks = head.landmarks
     # The rounder a face, the farther aside: an oval face is 0.84 as wide as it is high from chin to hairline, a round
@@ -328,9 +362,7 @@ def _roots(head: Head, hull: RoundedHull, edge: Array, along: Array) -> Array:
     rise = np.linspace(0.5 * np.pi, -0.3, STEPS)
     ways = [np.sin(turn) * np.cos(rise), np.sin(rise) + 0.0 * turn, np.cos(turn) * np.cos(rise)]
     _, scalp, inside = _scalp(head, hull, np.stack(ways, axis=2))
-    begin = _between(scalp, _outermost(inside - 3.0)[:, None])[:, 0]  # 3 mm inside of the hairline
-    back = np.array([5.0, 0.0, marks["trichion"][2] - 105.0])  # to the left of the middle, too
-    return hull.reached(begin + along[:, None] * (back - begin), np.array([0.0, 1.0, 0.0]))
+    return _between(scalp, _outermost(inside - inset)[:, None])[:, 0]
 
 
 def _scalp(head: Head, hull: RoundedHull, ways: Array) -> tuple[Array, Array, Array]:
@@ -412,7 +444,7 @@ def _strands(numbers: npt.ArrayLike, power: float = 1.0) -> Array:
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:
     """Return factors (locks, hairs, KNOTS) of the color: hairs differ, and are fair at the tips."""
     t = np.linspace(0.0, 1.0, KNOTS)
-    streaks = random.uniform(-0.16, 0.16, (locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
+    streaks = random.uniform(-0.08, 0.08, (locks, hairs, 1)) + 0.08 * _even(random, (locks, hairs, KNOTS), 1.5)
     return np.asarray(np.exp(streaks) * (1.0 + 0.2 * t**2))
 
 

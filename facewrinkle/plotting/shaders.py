@@ -164,6 +164,7 @@ HAIR_VERTEX = """
   %(lights)s
   inFront = %(ambient)s * paint.rgb + %(diffuse)s * soft * paint.rgb + %(specular)s * sharp;
   behind = %(ambient)s * paint.rgb + %(diffuse)s * softBehind * paint.rgb + %(specular)s * sharpBehind;
+  %(underside)s
   }
 """
 
@@ -179,20 +180,26 @@ HAIR_OF_LIGHT = """
 LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.2, "specular_power": 14.0}
 """How hair reflects light: options of `add_mesh`."""
 
+UNDERSIDE = """
+  inFront = behind = mix(0.45 * behind, inFront, smoothstep(-0.4, 0.0, dot(N, towards)));
+"""
+"""Little light gets under locks: on the far side of the head one sees their backs, but not where they twist, as their
+normals point away from the head.
+"""
+
 STRANDED = """
-  float level = max(log2(1.5 * fwidth(strand.x)), 0.0), wide = exp2(floor(level));
+  float level = max(log2(fwidth(strand.x)), 0.0), wide = exp2(floor(level));
   vec4 among = vec4(1.0, 1.0, 0.5, 0.5) * strand.x / wide;
   vec4 drawn = fract((floor(among) + vec4(0.0, 1.0, 0.0, 1.0)) * 0.1031);
   drawn *= drawn + 33.33;
   drawn = fract(2.0 * drawn * drawn);
   vec2 streaks = mix(drawn.xz, drawn.yw, fract(among.xz));
-  float streak = mix(streaks.x, streaks.y, fract(level)), end = 0.07 * drawn.x * drawn.x * drawn.x;
-  fragOutput0.rgb *= (0.5 + streak) * (gl_FrontFacing ? 1.0 : 0.45);
+  float streak = mix(streaks.x, streaks.y, fract(level)), end = 0.07 * drawn.x;
+  fragOutput0.rgb *= 1.0 + (streak - 0.5) * vec3(0.75, 0.8, 0.87);
   if (strand.y < end || strand.y > 1.0 - end) fragOutput0.a = 0.0;
 """
-"""Strands of a lock differ in brightness, and begin and end unevenly: 2, 4, 8 as one where pixels do not show each.
-
-Little light gets under them.
+"""Strands of a lock differ in brightness, the dark ones also in hue, as those have more pigment, and begin and end
+unevenly: 2, 4, 8 as one where pixels do not show each.
 """
 
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
@@ -341,15 +348,18 @@ class Material:
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
 
 
-def hair_code(lights: int, look: Mapping[str, float]) -> str:
-    """Return VTK's own shading of both sides of hairs at their points, under so many lights, or one at the camera."""
+def hair_code(lights: int, look: Mapping[str, float], strands: bool = False) -> str:
+    """Return VTK's own shading of both sides of hairs at their points, under so many lights, or one at the camera.
+
+    Locks of `strands` are dark underneath.
+    """
     shares, shading = {name: f"{share:.6f}" for name, share in look.items()}, ""
     for k in range(max(lights, 1)):
         slope, mirrored = f"-dot(N, lightDirectionVC{k})", f"dot(reflect(lightDirectionVC{k}, N), towards)"
         if not lights:
             slope, mirrored = "N.z", "abs(N.z)"
         shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
-    return HAIR_VERTEX % {**shares, "lights": shading}
+    return HAIR_VERTEX % {**shares, "lights": shading, "underside": UNDERSIDE if strands else ""}
 
 
 def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
@@ -370,7 +380,8 @@ def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
     inputs = "vec3 inFront;\n{0} vec3 behind;\n{0} float opaque;\n"
     outputs = f"//VTK::Normal::Dec\n{uniforms}out {inputs.format('out')}"
     code, color = "", "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
-    vertex = f"//VTK::Light::Impl\n{hair_code(lights, {name: getattr(actor.prop, name) for name in LOCKS})}"
+    look = {name: getattr(actor.prop, name) for name in LOCKS}
+    vertex = f"//VTK::Light::Impl\n{hair_code(lights, look, strands)}"
     if strands:
         code, vertex = STRANDED, f"{vertex}  strand = {STRAND_AT}MC;\n"
         inputs += "{0} vec2 strand;\n"

@@ -6,6 +6,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.identity import Identity, hair_cover, head_of
+from facewrinkle.appearance.seen import own_parts
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.sample import SampleMaker
 from facewrinkle.dataset.spec import Spec
@@ -125,6 +126,29 @@ def test_a_fringe_hides_the_more_of_the_forehead_the_more_it_is_combed_there_and
         placed = pv.PolyData(np.asarray(hair_of(face).points)).compute_implicit_distance(face.mesh)
         assert np.asarray(placed["implicit_distance"]).min() > 0.5
     assert covered[0] < covered[1] - 0.05 < covered[2] - 0.15
+
+
+def test_fine_short_hairs_grow_along_the_hairline(grown):
+    for face in grown.values():
+        pieces = [np.asarray(piece.points) for piece in hair_of(face).split_bodies()]
+        short = [points for points in pieces if np.linalg.norm(np.ptp(points, axis=0)) < 20.0]
+        assert len(short) > 50
+        roots = [points[0] for points in short]
+        inside = hair_cover(np.array(roots), face.landmarks, face.frame)
+        assert -2.0 < inside.min() < 0.0
+        assert inside.max() < 8.0
+
+
+def test_its_normals_point_away_from_the_head_also_where_locks_twist(grown):
+    """Lest their backs, which are dark, are seen; wherever the head has moved it to."""
+    for face in grown.values():
+        hair = own_parts(face, face.mesh)["hair"]
+        places = np.asarray(hair.points)
+        _, nearest = face.mesh.find_closest_cell(places, return_closest_point=True)
+        away = places - nearest
+        near = np.linalg.norm(away, axis=1) < 12.0
+        assert near.sum() > 4000
+        assert ((away * hair.point_data["Normals"]).sum(axis=1)[near] > 0.0).mean() > 0.99
 
 
 def test_its_front_is_its_outer_side(grown):

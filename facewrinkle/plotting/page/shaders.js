@@ -206,7 +206,7 @@ in vec4 tint;
 out vec4 result;
 void main() { result = tint; }`;
 
-const LOCKS_VERTEX = `${START}${CAMERA}
+const locksVertex = (shading) => `${START}${CAMERA}
 in vec3 position, color;
 in vec4 small_normal;
 in vec2 strand_at;
@@ -221,7 +221,7 @@ void main() {
   place = vertexVCVSOutput.xyz;
   normal = normalVCVSOutput;
   vec4 vertexColorVSOutput = vec4(in_shade(color), 1.0);
-  ${MATERIALS.locks}
+  ${shading}
   strand = strand_at;
   gl_Position = projection * vertexVCVSOutput;
 }`;
@@ -321,8 +321,8 @@ const SOURCES = {
   eye_part: [MESH_VERTEX, shaded("eye", ownColor("in_shade(tint)"), OWN_INPUTS + IN_SHADE)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}`)],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
-  locks: [LOCKS_VERTEX, locksFragment(MATERIALS.strands)],
-  hair_part: [LOCKS_VERTEX, locksFragment("")],
+  locks: [locksVertex(MATERIALS.locks), locksFragment(MATERIALS.strands)],
+  hair_part: [locksVertex(MATERIALS.hair_part), locksFragment("")],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
   shadow: [SHADOW_VERTEX, EMPTY_FRAGMENT],
   lit: [LIT_VERTEX, EMPTY_FRAGMENT],
