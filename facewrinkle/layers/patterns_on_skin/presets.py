@@ -28,7 +28,7 @@ def proportion(pattern: object) -> float:
     Examples
     --------
     >>> round(proportion("dimple"), 2), proportion(abs)
-    (0.07, 0.025)
+    (0.05, 0.025)
     """
     entry = next((entry for entry in table().values() if entry["pattern"] == pattern), None)
     return 0.025 if entry is None else float(entry["depth"]) / (MEAN_PUPIL_DISTANCE * min(entry["size"]))

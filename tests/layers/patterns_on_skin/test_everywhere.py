@@ -79,7 +79,7 @@ def test_all_presets_on_heads(any_face, strength):
     assert abs(frown[1]) < 0.25
     dimple = fw.PatternLayer.preset("dimple_l", face)
     assert frame["pattern_dimple_l"].min() == pytest.approx(-strength * dimple.depth, rel=0.08)
-    assert dimple.depth == pytest.approx(2.2 * size * mm / 63.0)
+    assert dimple.depth == pytest.approx(1.7 * size * mm / 63.0)
 
 
 def test_strengths_of_every_sort_on_a_captured_animation(clip):
