@@ -97,8 +97,8 @@ def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
 
     Examples
     --------
-    >>> place_of("upper"), place_of("lower")
-    ((2.6, 9.5), (-0.6, 11.5))
+    >>> place_of("upper"), np.round(place_of("lower"), 1).tolist()
+    ((2.6, 9.5), [-0.6, 11.5])
     """
     return (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
 

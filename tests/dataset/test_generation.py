@@ -58,7 +58,8 @@ def test_a_sample_is_the_same_in_any_order(small, backwards):
 def test_what_a_scene_showed_before_does_not_show():
     """Lamps, the shader of skin, a texture and tears, in one scene: each sample comes once first and once second."""
     expression = {"neutral": 0.0, "named": 1.0, "names": ["happiness", "sadness"]}
-    spec = Spec.of({**SPEC, "quick": False, "tears": {"share": 1.0}, "expression": expression})
+    drawn = {"size": [128, 128], "quick": False, "tears": {"share": 1.0}}  # in which the thin film of tears shows
+    spec = Spec.of({**SPEC, **drawn, "expression": expression})
     made = []
     for order in ((0, 1), (1, 0)):
         with SampleMaker(spec) as maker:
