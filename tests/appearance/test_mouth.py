@@ -126,13 +126,17 @@ def test_the_pocket_lies_before_no_crown(face, expression):
             assert np.abs((crossed - front) @ ahead).max(initial=0.0) < 0.7
 
 
+def upper_crowns(seen):
+    """The points (14, m, 3) of the crowns of the upper teeth, from the middle backwards."""
+    count, size = 2 * len(CROWN_WIDTHS["upper"]), CROWN_SIDES * CROWN_RINGS + 1
+    return np.asarray(seen.mouth_parts["upper_teeth"].points, float)[-count * size :].reshape(count, size, 3)
+
+
 def test_nothing_hides_the_premolars_of_a_smile(face):
     """Wide lips take the pocket along: between them some of each of the first ten upper teeth shows."""
     frame = held("happiness")
     seen, ahead = Appearance.of(face).at(frame), face.frame.axes[2]
-    size = CROWN_SIDES * CROWN_RINGS + 1
-    crowns = np.asarray(seen.mouth_parts["upper_teeth"].points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :]
-    for crown in crowns.reshape(-1, size, 3)[:10]:
+    for crown in upper_crowns(seen)[:10]:
         outer = crown[crown[:, 2] > np.median(crown[:, 2])]
         free = [not len(frame.ray_trace(place, place + 60.0 * ahead)[0]) for place in outer]
         assert any(free)
@@ -142,14 +146,12 @@ def test_nothing_hides_the_premolars_of_a_smile(face):
 
 def of_an_upper_tooth(face, frame, k):
     """The middle (m, 3) of the outer face of the k-th tooth from the middle, from its edge into the gum."""
-    size, upper = CROWN_SIDES * CROWN_RINGS + 1, Appearance.of(face).at(frame).mouth_parts["upper_teeth"]
-    crowns = np.asarray(upper.points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :]
-    rings = crowns[k * size :][: size - 1 : CROWN_SIDES]
+    rings = upper_crowns(Appearance.of(face).at(frame))[k, :-1:CROWN_SIDES]
     return np.concatenate([np.linspace(*pair, 20, endpoint=False) for pair in pairwise(rings)])
 
 
 def is_free(face, frame, place):
-    """Whether nobody's skin is in front of a place."""
+    """Whether no skin is in front of a place."""
     ahead = face.frame.axes[2]
     return not len(frame.ray_trace(place + 0.3 * ahead, place + 60.0 * ahead)[0])
 
