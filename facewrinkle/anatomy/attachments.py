@@ -15,7 +15,7 @@ from ..geometry import closest_rotations, rigid_motion, vertex_normals, vertex_r
 from ..mesh import COLORS, OF_PART, PART, PARTS, joined, to_polydata
 from ..mesh.arrays import use_texture
 from .eyeball import Eyeball
-from .parts import Part
+from .parts import ALONG, Part
 from .skull import Mandible
 
 STILL = 0.01
@@ -107,6 +107,8 @@ class Attachments:
                 own = mandible[:3, :3] @ own
             moved = ((rest - centre) @ own.T + centre + thrust) @ turn.T + shift
             out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
+            if ALONG in part.mesh.point_data:
+                out[name].point_data[ALONG] = part.mesh.point_data[ALONG] @ (turn @ own).T
         for name, itself in (given or {}).items():
             out[name] = _with(out[name], np.where(np.isnan(itself), out[name].points, itself), None)
         return out

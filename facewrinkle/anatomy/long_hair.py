@@ -15,7 +15,7 @@ from ..mesh import COLORS, to_polydata
 from .head import Head
 from .identity import hair_cover
 from .landmarks import frame_of
-from .parts import Part
+from .parts import ALONG, Part
 
 STRAND_AT = "strand_at"
 """Array of its mesh: the number of the strand at each point, counted across locks, and how far along its length."""
@@ -23,7 +23,7 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS, BABY_HAIRS = 200, 90, 45, 60
+COLUMNS, LOCKS, STRANDS, BABY_HAIRS = 200, 90, 60, 60
 """Hairs that the sheet is made of, in order around the head, locks over it, loose hairs over these, and short ones that
 grow along the hairline before a parting.
 """
@@ -146,6 +146,8 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     mesh = to_polydata(places, _triangles([points.shape[:2] for points, *_ in parts]))
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
     mesh.point_data[STRAND_AT] = strands.astype(np.float32)
+    ways = [unit(np.gradient(part[0], axis=2)).swapaxes(1, 2).reshape(-1, 3) for part in parts]
+    mesh.point_data[ALONG] = np.concatenate(ways).astype(np.float32)
     # Normals lean to those of the hull: light varies hair by hair, not lock by lock, and no lock that twists is dark.
     mesh.point_data["Normals"] = unit(vertex_normals(places, mesh.regular_faces) + 1.5 * hull(places)[1])
     mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
@@ -229,7 +231,7 @@ def _bundle(
     wide = random.uniform(1.0, 4.5, count)  # half the width
     # The farthest locks stand off half as far as loose hairs.
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.5 * loose)
-    some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
+    some = (columns * random.beta(0.25, 0.25, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.05 * random.normal(size=(count, 1, 1))) * (1.0 - 0.08 * across**2)[:, None]
     of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.15  # mm: the width of a strand
@@ -426,7 +428,7 @@ def _locks(
     off = (0.8 + loose * random.uniform(0.0, 1.0, shape) ** 2) * smoothstep(5.0 * t) - 0.3
     stray = random.normal(0.0, 0.8 * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
     points += off[..., None] * up + stray[..., None] * aside
-    half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - 0.7 * t**3)
+    half = wide[:, None] * (0.1 + 0.9 * np.minimum(4.0 * t, 1.0)) * (1.0 - 0.7 * t**3)
     half, u = half[:, None, :, None], np.linspace(1.0, -1.0, hairs)[:, None, None]
     height = 0.08 * (1.0 - u**2) - 0.15 * u**4 + 0.08 * random.normal(size=(len(lines), hairs, 1, 1))
     roof = (points[:, None] + half * (u * aside[:, None] + height * up[:, None])).reshape(-1, KNOTS, 3)

@@ -22,6 +22,9 @@ from .landmarks import FaceFrame, mouth_middle
 
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
+ALONG = "along"
+"""Array of a part's mesh: unit vectors along the hairs at its points, which turn with the part."""
+
 # The file says what a piece is, or its place and size do. Lengths are in distances between the pupils. Numbers in
 # brackets are those of the built-in head, whose eyes have a radius of 0.19.
 

@@ -17,6 +17,7 @@ from PIL import Image
 
 from ..anatomy.face import Face
 from ..anatomy.long_hair import STRAND_AT
+from ..anatomy.parts import ALONG
 from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibers import Fibers
 from ..appearance.flush import MOST, blood
@@ -211,6 +212,7 @@ class VisibleParts:
             arrays["normal"] = self._same(name, "normal", small_normals(_normals(mesh)))
         if kind == "locks":
             arrays["strand"] = self._same(name, "strand", np.asarray(mesh.point_data[STRAND_AT], np.float32))
+            arrays["along"] = self._same(name, "along", small_normals(np.asarray(mesh.point_data[ALONG])))
         places = mesh.active_texture_coordinates if textured else None
         if places is not None:
             arrays["texture"] = self._same(name, "texture", np.asarray(places, np.float32))

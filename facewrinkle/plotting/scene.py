@@ -13,6 +13,7 @@ import pyvista as pv
 
 from ..anatomy import Face
 from ..anatomy.long_hair import STRAND_AT
+from ..anatomy.parts import ALONG
 from ..appearance.fibers import OPACITY, Fibers
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
@@ -435,7 +436,7 @@ class Scene:
             colors: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
             self._add(known, name, **colors, **options)
             if STRAND_AT in known.point_data:
-                send(self._actors[name], STRAND_AT)
+                send(self._actors[name], STRAND_AT, ALONG)
             self._actors[name].GetMapper().SetInputData(known)  # PyVista puts a filter before it, in Python
         else:
             known = self._actors[name].GetMapper().GetInput()

@@ -27,6 +27,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from ..anatomy import Face, per_face
 from ..anatomy.long_hair import STRAND_AT
+from ..anatomy.parts import ALONG
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
 from ..geometry import smoothstep, vertex_normals
@@ -177,7 +178,12 @@ HAIR_OF_LIGHT = """
   else sharpBehind += mirrored * lightColor%(number)d;
 """
 
-LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.2, "specular_power": 14.0}
+GLINT_OF_LIGHT = """
+  glint%(number)d = vec2(dot(alongVC, normalize(towards - lightDirectionVC%(number)d)), smoothstep(-0.2, 0.6, slope));
+"""
+"""Cosine between a hair and the half-way direction, and how far the light gets there."""
+
+LOCKS = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.1, "specular_power": 14.0}
 """How hair reflects light: options of `add_mesh`."""
 
 UNDERSIDE = """
@@ -196,10 +202,23 @@ STRANDED = """
   vec2 streaks = mix(drawn.xz, drawn.yw, fract(among.xz));
   float streak = mix(streaks.x, streaks.y, fract(level)), end = 0.07 * drawn.x;
   fragOutput0.rgb *= 1.0 + (streak - 0.5) * vec3(0.75, 0.8, 0.87);
+  vec3 shine = vec3(0.0);
+  vec2 shifts = vec2(0.12, -0.15) + vec2(0.1, 0.25) * (streak - 0.5), lobes;
+  %(shine)s
+  fragOutput0.rgb += shine;
   if (strand.y < end || strand.y > 1.0 - end) fragOutput0.a = 0.0;
 """
 """Strands of a lock differ in brightness, the dark ones also in hue, as those have more pigment, and begin and end
 unevenly: 2, 4, 8 as one where pixels do not show each.
+"""
+
+SHINE_OF_LIGHT = """
+  lobes = shifts + glint%(number)d.x;
+  lobes = exp(vec2(-70.0, -10.0) * lobes * lobes);
+  shine += glint%(number)d.y * lightColor%(number)d * (0.1 * lobes.x + 0.4 * lobes.y * fragOutput0.rgb);
+"""
+"""Light runs in bands across hair (Kajiya and Kay): a narrow white one from its surface, whose scales tilt it to the
+roots, and a wide one in the color of hair, through it and to the tips (Marschner et al.); strand by strand.
 """
 
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
@@ -351,7 +370,7 @@ class Material:
 def hair_code(lights: int, look: Mapping[str, float], strands: bool = False) -> str:
     """Return VTK's own shading of both sides of hairs at their points, under so many lights, or one at the camera.
 
-    Locks of `strands` are dark underneath.
+    Locks of `strands` are dark underneath, and give :func:`strand_code` what it needs.
     """
     shares, shading = {name: f"{share:.6f}" for name, share in look.items()}, ""
     for k in range(max(lights, 1)):
@@ -359,7 +378,14 @@ def hair_code(lights: int, look: Mapping[str, float], strands: bool = False) -> 
         if not lights:
             slope, mirrored = "N.z", "abs(N.z)"
         shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
+        if strands and lights:
+            shading += GLINT_OF_LIGHT % {"number": k}
     return HAIR_VERTEX % {**shares, "lights": shading, "underside": UNDERSIDE if strands else ""}
+
+
+def strand_code(lights: int) -> str:
+    """Return what tells strands of locks from each other, pixel by pixel, under so many lights."""
+    return STRANDED % {"shine": "".join(SHINE_OF_LIGHT % {"number": k} for k in range(lights))}
 
 
 def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
@@ -383,9 +409,11 @@ def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
     look = {name: getattr(actor.prop, name) for name in LOCKS}
     vertex = f"//VTK::Light::Impl\n{hair_code(lights, look, strands)}"
     if strands:
-        code, vertex = STRANDED, f"{vertex}  strand = {STRAND_AT}MC;\n"
-        inputs += "{0} vec2 strand;\n"
-        outputs += f"in vec2 {STRAND_AT}MC;\nout vec2 strand;\n"
+        code = strand_code(lights)
+        vertex = f"vec3 alongVC = normalMatrix * {ALONG}MC;\n{vertex}  strand = {STRAND_AT}MC;\n"
+        sent = "".join(f"{{0}} vec2 {name};\n" for name in ("strand", *(f"glint{k}" for k in range(lights))))
+        inputs += sent
+        outputs += f"in vec2 {STRAND_AT}MC;\nin vec3 {ALONG}MC;\n{sent.format('out')}"
     actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
     actor.add_shader_replacement("vertex", "//VTK::Light::Impl", vertex)
     actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")

@@ -19,7 +19,7 @@ from ..geometry.depth_buffer import FADE, GRAZING, RAISED, on_disk
 from ..geometry.smooth_split import LARGEST, ROUNDS
 from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP, WET
 from .scene import BACKGROUND
-from .shaders import EYE_MATERIAL, LOCKS, SKIN_MATERIAL, STRANDED, TEETH_MATERIAL, hair_code
+from .shaders import EYE_MATERIAL, LOCKS, SKIN_MATERIAL, TEETH_MATERIAL, hair_code, strand_code
 from .views import LIGHTS, VIEW_ANGLE, VIEWS
 from .wet import FULLY_WET, tear_code
 
@@ -55,7 +55,7 @@ def _materials() -> str:
             "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
             "hair_part": hair_code(len(LIGHTS), LOCKS),
             "locks": hair_code(len(LIGHTS), LOCKS, strands=True),
-            "strands": STRANDED,
+            "strands": strand_code(len(LIGHTS)),
         },
         "LIGHTS": [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS],
         "KEY": {

@@ -172,6 +172,19 @@ def test_strands_run_from_roots_to_tips_of_locks_that_are_their_own(grown):
     assert np.ptp(strand[hair.regular_faces], axis=1).max() < 40.0
 
 
+def test_hairs_point_from_roots_to_tips_however_the_head_is_turned(grown):
+    face = grown[0.5]
+    hair = face.parts_at(face.mesh.rotate_vector((1.0, 2.0, 0.5), 50.0))["hair"]
+    edges = hair.regular_faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    strand, share = hair.point_data["strand_at"][edges].transpose(2, 1, 0)
+    down = edges[(strand[0] == strand[1]) & (share[0] < share[1])]
+    ways = np.diff(np.asarray(hair.points)[down], axis=1)[:, 0]
+    along = hair.point_data["along"][down].mean(axis=1)
+    cosines = (ways * along).sum(axis=1) / np.linalg.norm(ways, axis=1)
+    assert len(down) > 5000
+    assert np.percentile(cosines, 1) > 0.9
+
+
 def test_it_is_closer_to_the_neck_than_to_the_ears(grown):
     marks, hair = grown[1.0].landmarks, np.asarray(hair_of(grown[1.0]).points)
     ears, chin = (np.ptp(hair[abs(hair[:, 1] - marks[name][1]) < 8.0, 0]) for name in ("zygion_l", "menton"))

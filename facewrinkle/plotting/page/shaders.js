@@ -206,18 +206,20 @@ in vec4 tint;
 out vec4 result;
 void main() { result = tint; }`;
 
+const glints = LIGHTS.map((_, k) => `glint${k}`).join(", ");
+
 const locksVertex = (shading) => `${START}${CAMERA}
-in vec3 position, color;
+in vec3 position, color, along;
 in vec4 small_normal;
 in vec2 strand_at;
 out vec3 inFront, behind;
 out float opaque;
-out vec2 strand;
+out vec2 strand, ${glints};
 vec3 place, normal;
 ${lights}${IN_SHADE}
 void main() {
   vec4 vertexVCVSOutput = view * vec4(low + size * position, 1.0);
-  vec3 normalVCVSOutput = mat3(view) * small_normal.xyz;
+  vec3 normalVCVSOutput = mat3(view) * small_normal.xyz, alongVC = mat3(view) * along;
   place = vertexVCVSOutput.xyz;
   normal = normalVCVSOutput;
   vec4 vertexColorVSOutput = vec4(in_shade(color), 1.0);
@@ -229,8 +231,9 @@ void main() {
 const locksFragment = (strands) => `${START}
 in vec3 inFront, behind;
 in float opaque;
-in vec2 strand;
+in vec2 strand, ${glints};
 out vec4 result;
+${lights}
 void main() {
   vec4 fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opaque);
   ${strands}

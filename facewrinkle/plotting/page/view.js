@@ -14,7 +14,7 @@ const ATTRIBUTES = { // array of a part: attribute, components, normalized
   position: ["position", 3, true], normal: ["small_normal", 4, true], color: ["color", 3, true],
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
   under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true], blood: ["blood", 1, true], lit: ["lit", 1, false],
-  strand: ["strand_at", 2, false],
+  strand: ["strand_at", 2, false], along: ["along", 4, true],
 };
 const LIGHT_GROUND = ["#c9ced4", "#e6e9ec"]; // of pages in light colors
 const RISE = [0.0016, 0.004]; // of an arc over an edge that is drawn straight, in distances between the pupils; and of one in software's fewer pixels
