@@ -183,12 +183,12 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
     sign = 1.0 if jaw == "upper" else -1.0
     parts = [_gum(jaw)]
     crowns = ring_triangles(CROWN_SIDES, CROWN_RINGS, first=CROWN_SIDES * CROWN_RINGS)
-    enamel, neck = np.array([240.0, 232.0, 218.0]), np.array([222.0, 206.0, 182.0])  # at the edge and at the gum
     edges = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)  # thickness there, relative to that at the gum
     numbers = (0, 0, 1, 2, 2, 4, 4)  # of cusps; incisors have an edge
-    tables = CROWN_WIDTHS[jaw], CROWN_HEIGHTS[jaw], SHORT[jaw], CROWN_THICKNESS, edges, numbers
+    yellow = (0.0, 0.1, 0.35, 0.25, 0.25, 0.25, 0.25)  # canines most of all
+    tables = CROWN_WIDTHS[jaw], CROWN_HEIGHTS[jaw], SHORT[jaw], CROWN_THICKNESS, edges, numbers, yellow
     place = 0.0
-    for width, height, short, thickness, edge, cusps in zip(*tables, strict=True):
+    for width, height, short, thickness, edge, cusps, tint in zip(*tables, strict=True):
         centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
         place += width
         crown = _crown(width, height, thickness, edge, cusps)
@@ -196,10 +196,10 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         on_border = centre + crown[:, :1] * along
         rise = crown[:, 1:2] + short - sign * OCCLUSAL_PLANE * on_border[:, 2:]
         left = on_border + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
-        share = np.clip(crown[:, 1:2] / height, 0.0, 1.0)
+        share = np.clip(crown[:, 1] / height, 0.0, 1.0)
         beside = (2.0 * crown[:, :1] / width) ** 4
         # Crowns take 40 % of the light from each other's sides.
-        paint = (enamel + (neck - enamel) * share**2) * (1.0 - 0.4 * beside)
+        paint = _enamel(share, tint) * (1.0 - 0.4 * beside)
         parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
@@ -225,10 +225,10 @@ def _crown(width: float, height: float, thickness: float, edge: float, cusps: in
     boxy = np.where(np.cos(turn) > 0.0, 0.8, 1.0)  # towards the lips; towards the tongue crowns are round
     across, out = (np.sign(f) * np.abs(f) ** boxy for f in (np.sin(turn), np.cos(turn)))
     round_off = 1.0 - 0.2 * np.exp(-level / 0.02)  # the edge is rounded
-    half = 0.5 * width * (0.98 - 0.13 * level**2 - 0.04 * (1.0 - level) ** 4) * round_off
+    half = 0.5 * width * (0.99 - 0.15 * level**1.5 - 0.12 * (1.0 - level) ** 8) * round_off
     deep = 0.5 * thickness * (edge + (1.0 - edge) * level**0.8) * round_off
     bulge = 0.7 * np.sin(np.pi * np.minimum(1.3 * level, 1.0)) - 0.5
-    rise = 1.15 * height * level + (0.4 + 0.15 * across) * np.exp(-level / 0.15) * across**2  # more so on the far side
+    rise = 1.15 * height * level + (0.4 + 0.3 * across) * np.exp(-level / 0.15) * across**2  # more so on the far side
     first = 0.25 * np.pi if cusps == 4 else 0.0  # of four, two are on each side
     steep = 2.0 if cusps == 1 else 1.0
     above_grooves = 1.1  # height of cusps, mm, half that of canines
@@ -237,6 +237,17 @@ def _crown(width: float, height: float, thickness: float, edge: float, cusps: in
     rings = np.stack([half * across, rise, deep * (out - 1.0) + bulge], axis=-1)
     pit = [0.0, above_grooves if cusps > 1 else 0.0, 0.0]
     return np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0) + pit])
+
+
+def _enamel(height: Array, yellow: float) -> Array:
+    """Colors (n, 3) at shares (n,) of a crown's height: it is clear at the edge, and yellow dentine shows at the gum.
+
+    A `yellow` share of that shows everywhere.
+    """
+    edge, white, cream, neck = [218, 217, 214], [241, 234, 221], [240, 229, 210], np.array([222.0, 203.0, 176.0])
+    colors = np.transpose([edge, white, cream, neck])
+    enamel = np.stack([np.interp(height, (0.0, 0.14, 0.5, 1.0), color) for color in colors], axis=1)
+    return np.asarray(enamel + yellow * (neck - white))
 
 
 def _gum(jaw: str) -> tuple[Array, IntArray, Array]:

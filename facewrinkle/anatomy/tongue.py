@@ -112,7 +112,7 @@ def tongue_paint() -> Array:
     True
     """
     furrow = 0.25 * CAP**2 * np.exp(-((7.0 * np.cos(TURN)) ** 2)) * UPPER  # the share of the light that it lacks
-    back, side = np.array([198.0, 116.0, 112.0]), np.array([184.0, 86.0, 84.0])  # the back is coated
+    back, side = np.array([206.0, 134.0, 130.0]), np.array([188.0, 96.0, 94.0])  # the back is coated
     tint = side + np.sqrt(UPPER)[:, None] * (back - side)
     return _points(tint * (1.0 + 0.045 * GRAIN - furrow)[..., None])
 

@@ -121,8 +121,8 @@ class Mouth:
         back = np.maximum((self._centre - points) @ self._axes[2] / self._size - 0.2, 0.0)[:, None]
         # Shares of red, green and blue light that are left far back, and the depths over which light fades to a third,
         # in distances between the pupils: the flesh around reflects red.
-        least, fading = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
-        shaded = np.rint(np.asarray(paint) * (least + 0.84 * np.exp(-back / fading))).astype(np.uint8)
+        least, fading = np.array([0.1, 0.045, 0.04]), np.array([0.38, 0.325, 0.307])
+        shaded = np.rint(np.asarray(paint) * (least + 0.8 * np.exp(-back / fading))).astype(np.uint8)
         return to_polydata(points, triangles, {"Normals": vertex_normals(points, triangles), "paint": shaded})
 
     def _facing(self, normals: Array) -> Array:
@@ -193,8 +193,9 @@ class Mouth:
         """The pocket with its triangles and paint, but no shape."""
         n = len(self.loop)
         light = 1.0 - 0.25 * self._oval[:, 1:2] / OVAL_HEIGHT  # what looks up is lighter, and what looks down darker
-        # Colors of its rings, from the lips backwards: dark there, too, for the corners of a smile. It ends in a point.
-        tints = np.array([[56, 21, 19], [38, 14, 13], [24, 9, 9], [12, 4, 5]])
+        # Colors of its rings, from the lips backwards: dark there, for the corners of a smile; cheeks; and the throat,
+        # which ends in a point.
+        tints = np.array([[56, 21, 19], [72, 28, 25], [56, 21, 18], [28, 10, 9]])
         paint = np.rint(np.vstack([*(light * tint for tint in tints), tints[-1]])).astype(np.uint8)
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})

@@ -53,6 +53,17 @@ def test_crowns_have_the_cusps_of_their_kind(face, arches):
             assert cusps == 1 or 1.0 < edge[peaks].mean() - pit < 2.0
 
 
+def test_canines_are_yellower_than_incisors_and_necks_than_edges(arches):
+    """Blue, relative to red, along the middle of the outer faces."""
+    for arch in arches:
+        first = [crown.min() for crown in sorted(crowns(arch), key=np.min)[::2]]
+        red, _, blue = np.stack([arch.paint[k : k + 98 : 14].astype(float) for k in first]).transpose(2, 0, 1)
+        white = blue / red
+        assert (np.diff(white[:3], axis=1) < 0.0).all()
+        assert white[:, 2].argmin() == 2
+        assert white[:, 2].argmax() == 0
+
+
 def test_molars_stand_higher_than_incisors(face, arches):
     """Downs measured 1.5 to 14 degrees between the occlusal plane and the horizontal of the skull."""
     for arch in arches:

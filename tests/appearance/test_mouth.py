@@ -144,6 +144,26 @@ def test_nothing_hides_the_premolars_of_a_smile(face):
             assert not len(seen.pocket.ray_trace(place, place + 60.0 * ahead)[0])
 
 
+def test_teeth_darken_gently_towards_the_corners_of_a_smile(face):
+    """Each of the first ten keeps at least three quarters of the red of the one before it, and grows warmer."""
+    seen = Appearance.of(face).at(held("happiness"))
+    paint = np.asarray(seen.mouth_parts["upper_teeth"].point_data["paint"], float)
+    crowns = paint[-upper_crowns(seen)[..., 0].size :].reshape(14, -1, 3)[:10:2]
+    red, green, _ = crowns[:, 2 * CROWN_SIDES].T
+    kept = red[1:] / red[:-1]
+    assert (kept > 0.75).all()
+    assert (kept < 1.0).all()
+    assert (np.diff(green / red) < 0.0).all()
+
+
+def test_cheeks_are_lighter_than_the_crease_behind_the_lips_and_the_throat(face):
+    mouth = Mouth(face)
+    red, green, _ = np.asarray(mouth.pocket(face.points).point_data["paint"], float).T
+    crease, cheeks, _, throat = red[:-1].reshape(4, -1).mean(axis=1)
+    assert cheeks > crease > throat
+    assert (red > 2.0 * green).all()
+
+
 def of_an_upper_tooth(face, frame, k):
     """The middle (m, 3) of the outer face of the k-th tooth from the middle, from its edge into the gum."""
     rings = upper_crowns(Appearance.of(face).at(frame))[k, :-1:CROWN_SIDES]
