@@ -80,7 +80,8 @@ class Identity:
         From feminine, with full lips, high, thin brows and longer cropped hair, to masculine: larger, with a long
         face, strong jaw, chin, nose and brow ridge, lean cheeks and a broad neck.
     child : float
-        From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
+        From mature proportions to those of a child: a small head with eyes of full size, a short face, a small nose, a
+        narrow jaw, full cheeks.
     skin : float
         From fair to dark skin, through the ten tones of the Monk Skin Tone Scale; see :attr:`monk`.
     hair : float
