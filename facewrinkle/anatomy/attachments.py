@@ -106,9 +106,10 @@ class Attachments:
                 thrust = mandible[:3, :3] @ centre + mandible[:3, 3] - centre
                 own = mandible[:3, :3] @ own
             moved = ((rest - centre) @ own.T + centre + thrust) @ turn.T + shift
-            out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
+            turned = (turn @ own).T
+            out[name] = _with(part.mesh, moved, normals @ turned)
             if ALONG in part.mesh.point_data:
-                out[name].point_data[ALONG] = part.mesh.point_data[ALONG] @ (turn @ own).T
+                out[name].point_data[ALONG] = part.mesh.point_data[ALONG] @ turned
         for name, itself in (given or {}).items():
             out[name] = _with(out[name], np.where(np.isnan(itself), out[name].points, itself), None)
         return out

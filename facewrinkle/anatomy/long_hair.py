@@ -231,7 +231,7 @@ def _bundle(
     wide = random.uniform(1.0, 4.5, count)  # half the width
     # The farthest locks stand off half as far as loose hairs.
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, 0.5 * loose)
-    some = (columns * random.beta(0.25, 0.25, strands)).astype(int)
+    some = (columns * random.beta(0.25, 0.25, strands)).astype(int)  # most beside the face
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, 0.25), 2, layers, loose)
     shades = np.exp(0.05 * random.normal(size=(count, 1, 1))) * (1.0 - 0.08 * across**2)[:, None]
     of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.15  # mm: the width of a strand

@@ -22,7 +22,7 @@ from .landmarks import FaceFrame, mouth_middle
 
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-ALONG = "along"
+ALONG = "strand_along"
 """Array of a part's mesh: unit vectors along the hairs at its points, which turn with the part."""
 
 # The file says what a piece is, or its place and size do. Lengths are in distances between the pupils. Numbers in

@@ -179,7 +179,7 @@ def test_hairs_point_from_roots_to_tips_however_the_head_is_turned(grown):
     strand, share = hair.point_data["strand_at"][edges].transpose(2, 1, 0)
     down = edges[(strand[0] == strand[1]) & (share[0] < share[1])]
     ways = np.diff(np.asarray(hair.points)[down], axis=1)[:, 0]
-    along = hair.point_data["along"][down].mean(axis=1)
+    along = hair.point_data["strand_along"][down].mean(axis=1)
     cosines = (ways * along).sum(axis=1) / np.linalg.norm(ways, axis=1)
     assert len(down) > 5000
     assert np.percentile(cosines, 1) > 0.9
